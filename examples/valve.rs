@@ -87,7 +87,7 @@ fn main() -> ExitCode {
         let ramp = Polyline::new([corner(0.0, 0.0), corner(100.0, 100.0), corner(200.0, 0.0)])?;
         let sine =
             Sine::new(SineParameters { mean: 50.0, amplitude: 30.0, frequency: 0.02, phase: 0.0 })?;
-        let [first, second] = paper::VALVE_TIME_CONSTANTS;
+        let [first, second] = [0.933, 0.425]; // s, in the paper
         let tests = [
             Test { number: "1", runs: settings.runs(first, ramp)? },
             Test { number: "2", runs: settings.runs(second, sine)? },

@@ -1,7 +1,7 @@
 //! The range of a velocity-dependent quantity.
 
-use crate::parameter::{self, ParameterError};
-use crate::scalar::{Scalar, larger, smaller};
+use crate::parameter::{Named, ParameterError};
+use crate::scalar::Scalar;
 
 /// Smallest and largest value of a quantity over a range of velocities.
 ///
@@ -25,7 +25,7 @@ impl<T: Scalar> Bounds<T> {
 
     /// The smallest range that holds both.
     pub fn union(self, other: Self) -> Self {
-        Self { min: smaller(self.min, other.min), max: larger(self.max, other.max) }
+        Self { min: self.min.smaller(other.min), max: self.max.larger(other.max) }
     }
 
     /// Whether the quantity is constant.
@@ -35,15 +35,15 @@ impl<T: Scalar> Bounds<T> {
 
     /// Checks the bounds of a quantity that must be positive.
     pub fn positive(self, name: &'static str) -> Result<Self, ParameterError> {
-        parameter::positive(name, self.min)?;
-        parameter::at_least(name, self.max, "its lower bound", self.min)?;
+        Named(name, self.min).positive()?;
+        Named(name, self.max).at_least("its lower bound", self.min)?;
         Ok(self)
     }
 
     /// Checks the bounds of a quantity that may be zero.
     pub fn non_negative(self, name: &'static str) -> Result<Self, ParameterError> {
-        parameter::non_negative(name, self.min)?;
-        parameter::at_least(name, self.max, "its lower bound", self.min)?;
+        Named(name, self.min).non_negative()?;
+        Named(name, self.max).at_least("its lower bound", self.min)?;
         Ok(self)
     }
 }

@@ -55,9 +55,9 @@
 //! Source: a consequence of the affine form of the models of Romano et al. (arXiv 2602.09429),
 //! section III-A, and of their storage function, Lemma III.2.
 
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::{is_zero, larger, lit, nan, unlimited};
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Reloaded, Scalar, Surface};
 
 /// A contact prepared for passive steps inside a mechanism.
@@ -239,13 +239,13 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     ) -> CompanionStep<T, M::Deflection> {
         let model = self.contact.model();
         // NaN for a step backwards.
-        let duration = if duration >= T::zero() { duration } else { nan() };
+        let duration = if duration >= T::zero() { duration } else { T::nan() };
         let affine = self.contact.affine(surface, about);
         let weights = affine.weights(duration);
         let mut limit =
-            larger(self.contact.surface(surface).apply(self.limit), deflection.largest());
+            self.contact.surface(surface).apply(self.limit).larger(deflection.largest());
         if surface.velocity().abs() > self.fastest {
-            limit = larger(limit, self.contact.stationary(surface).largest());
+            limit = limit.larger(self.contact.stationary(surface).largest());
         }
         let (storage_stiffness, normal_force) =
             (model.storage_stiffness(), self.contact.reference_load());
@@ -294,8 +294,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// Refuses a speed that is negative or not finite.
     pub fn companion(self, fastest: T) -> Result<Companion<T, M>, ParameterError> {
-        let fastest = parameter::non_negative("fastest", fastest)?;
-        let limit = self.model().limits(fastest).deflection.unwrap_or_else(unlimited);
+        let fastest = Named("fastest", fastest).non_negative()?;
+        let limit = self.model().limits(fastest).deflection.unwrap_or_else(T::unlimited);
         Ok(Companion { contact: self, fastest, limit })
     }
 
@@ -426,7 +426,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     pub fn point_mass(&self, body: PointMass<T>) -> T {
         let PointMass { mass, velocity, force, end_weight } = body;
         let sound = mass >= T::zero() && end_weight >= T::zero() && end_weight <= T::one();
-        let mass = if sound { mass } else { nan() };
+        let mass = if sound { mass } else { T::nan() };
         let pace = end_weight * self.duration;
         (mass * velocity + pace * (force - self.bias)) / (mass + pace * self.damping)
     }

@@ -22,9 +22,9 @@
 //! A stiffness that follows the load, as that of bristles which enter a rolling contact, is
 //! [`Contact::renew`].
 
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::Deflection;
-use crate::scalar::{is_zero, larger, lit, nan};
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
@@ -138,7 +138,7 @@ impl<T: Scalar> LoadChange<T> {
             return if is_zero(after) { T::zero() } else { T::one() };
         }
         // Of an infinite utilisation nothing is held.
-        larger(T::one() / utilisation, after / before)
+        (T::one() / utilisation).larger(after / before)
     }
 
     /// The share that is left of K·x \[–\], which the springs of a model have `carried`, on the
@@ -185,7 +185,7 @@ impl<T: Scalar, M> Contact<T, M> {
     ///
     /// Refuses a normal force that is negative or not finite.
     pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
-        let normal_force = parameter::non_negative("normal_force", normal_force)?;
+        let normal_force = Named("normal_force", normal_force).non_negative()?;
         Ok(Self { model, reference_load: normal_force, normal_force, scale: T::one() })
     }
 
@@ -196,7 +196,7 @@ impl<T: Scalar, M> Contact<T, M> {
     ///
     /// Refuses a reference load that is not positive and finite.
     pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
-        let reference_load = parameter::positive("reference_load", reference_load)?;
+        let reference_load = Named("reference_load", reference_load).positive()?;
         let mut contact = Self { reference_load, ..self };
         contact.scale = contact.scale_under(contact.normal_force);
         Ok(contact)
@@ -239,11 +239,11 @@ impl<T: Scalar, M> Contact<T, M> {
     /// has no reference load; the contact is as it was.
     #[inline]
     pub fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
-        let after = parameter::non_negative("normal_force", normal_force)?;
+        let after = Named("normal_force", normal_force).non_negative()?;
         if after > T::zero() {
             let given = self.reference_load > T::zero();
             let rule = "be given by `measured_at` before a contact made under no load is loaded";
-            parameter::stated("reference_load", self.reference_load, given, rule)?;
+            Named("reference_load", self.reference_load).stated(given, rule)?;
         }
         let before = self.normal_force;
         (self.normal_force, self.scale) = (after, self.scale_under(after));
@@ -258,7 +258,7 @@ impl<T: Scalar, M> Contact<T, M> {
     /// Refuses a normal force that is negative or not finite; the contact is as it was.
     #[inline]
     pub fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
-        let after = parameter::non_negative("normal_force", normal_force)?;
+        let after = Named("normal_force", normal_force).non_negative()?;
         // The energy is that of the stiffness at the reference load.
         let before = self.reference_load;
         (self.normal_force, self.reference_load, self.scale) = (after, after, T::one());
@@ -465,7 +465,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         surface: impl Into<Surface<T>>,
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
-        let normal_force = if normal_force >= T::zero() { normal_force } else { nan() };
+        let normal_force = if normal_force >= T::zero() { normal_force } else { T::nan() };
         let surface = surface.into().rescaled(self.scale_under(normal_force));
         let affine = if is_zero(surface.scale()) {
             Affine::none()

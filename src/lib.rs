@@ -78,6 +78,9 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+#[macro_use]
+mod forward;
+
 mod bounds;
 pub mod companion;
 mod contact;
@@ -115,7 +118,7 @@ pub use mechanism::Mechanism;
 pub use model::OwnModel;
 pub use model::{
     Affine, AnyBristle, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, Form, FrBd,
-    HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre, least_slope,
+    HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre,
 };
 pub use number::Units;
 pub use parameter::{ParameterError, Rule};

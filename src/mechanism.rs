@@ -1,6 +1,6 @@
 //! A mass with a spring and a damper, without its friction.
 
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::Scalar;
 
 /// A mass with a spring and a damper, without its friction: what a contact holds or brakes.
@@ -25,9 +25,9 @@ impl<T: Scalar> Mechanism<T> {
     /// Returns the mechanism if every parameter is in its range.
     pub fn checked(self) -> Result<Self, ParameterError> {
         Ok(Self {
-            mass: parameter::positive("mass", self.mass)?,
-            spring_stiffness: parameter::non_negative("spring_stiffness", self.spring_stiffness)?,
-            viscous_damping: parameter::non_negative("viscous_damping", self.viscous_damping)?,
+            mass: Named("mass", self.mass).positive()?,
+            spring_stiffness: Named("spring_stiffness", self.spring_stiffness).non_negative()?,
+            viscous_damping: Named("viscous_damping", self.viscous_damping).non_negative()?,
         })
     }
 }

@@ -93,15 +93,10 @@ impl Units {
 #[derive(Debug, Clone, Copy)]
 pub struct Number(pub f64);
 
-/// A scalar as a [`Number`].
-pub fn number<T: Scalar>(value: T) -> Number {
-    Number(decimal(value))
-}
-
 /// A number as its shortest digits say: of a single 1e-7 this is 1e-7, not 1.0000000116860974e-7.
 ///
 /// By arithmetic, because formatting is not free of panics, and parameters are refused by firmware.
-pub fn decimal<T: Scalar>(value: T) -> f64 {
+pub(crate) fn decimal<T: Scalar>(value: T) -> f64 {
     let wide = to_f64(value);
     if to_f64(T::default_epsilon()) < 1e-10 || !wide.is_finite() || wide == 0.0 {
         return wide;
@@ -121,6 +116,11 @@ pub fn decimal<T: Scalar>(value: T) -> f64 {
 }
 
 impl Number {
+    /// A scalar, with the digits that it has.
+    pub fn of<T: Scalar>(value: T) -> Self {
+        Self(decimal(value))
+    }
+
     fn write(self, digits: Option<usize>, to: &mut impl Write) -> fmt::Result {
         let rounded = match digits {
             Some(digits) => {

@@ -59,12 +59,9 @@ pub const VALVE_CURVE: StribeckParameters<f64> = StribeckParameters {
 pub const VALVE_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 6.82e7, micro_damping: 701.97 };
 
-/// Time constants τ of the valve's I/P converter in Test 1 and in Test 2: 0.933 s and 0.425 s.
-pub const VALVE_TIME_CONSTANTS: [f64; 2] = [0.933, 0.425];
-
-/// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] and the opening
-/// OP(t) \[%\] asked for: m = 1.6 kg, k = 203 495.8 N/m, area 445 cm², preload 2578.3 N, least
-/// pressure 41 276.4 Pa, gain 1666.49 Pa/%.
+/// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] (0.933 s in Test 1,
+/// 0.425 s in Test 2) and the opening OP(t) \[%\] asked for: m = 1.6 kg, k = 203 495.8 N/m, area
+/// 445 cm², preload 2578.3 N, least pressure 41 276.4 Pa, gain 1666.49 Pa/%.
 pub fn valve<M, U>(
     contact: Contact<f64, M>,
     time_constant: f64,
@@ -95,9 +92,3 @@ pub const TYRE_CURVE: StribeckParameters<f64> = StribeckParameters {
 /// Table 1: the bristle of the tyre: σ0 = 252 1/m, σ1 = 0.
 pub const TYRE_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 252.0, micro_damping: 0.0 };
-
-/// Table 1: the length of the tyre's contact patch, 0.1 m.
-pub const TYRE_LENGTH: f64 = 0.1;
-
-/// Table 1: the parameter a of the tyre's exponential pressure, 0.1.
-pub const TYRE_PRESSURE_DECAY: f64 = 0.1;

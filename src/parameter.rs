@@ -178,153 +178,113 @@ fn limits<T: Scalar>() -> (f64, f64) {
     if wide { (1e-100, 1e100) } else { (1e-18, 1e15) }
 }
 
-/// The smallest admissible magnitude.
-pub fn smallest<T: Scalar>() -> T {
-    lit(limits::<T>().0)
-}
-
-/// Returns a value that passes a check, or the error that names the rule.
-pub fn check<T: Scalar>(
-    name: &'static str,
-    value: T,
-    passes: bool,
-    rule: Rule,
-) -> Result<T, ParameterError> {
-    if passes { Ok(value) } else { Err(refused(name, value, rule)) }
-}
-
-/// Returns a value that passes a comparison with a limit, or the error that names both.
-fn against<T: Scalar>(
-    name: &'static str,
-    value: T,
-    passes: bool,
-    limit: T,
-    rule: impl FnOnce(f64) -> Rule,
-) -> Result<T, ParameterError> {
-    if passes { Ok(value) } else { Err(refused(name, value, rule(decimal(limit)))) }
-}
-
-/// The error for a value that breaks a rule.
-pub fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
-    ParameterError { name, component: None, value: decimal(value), rule }
-}
-
-/// The error for what was chosen at run time and does not go where it was put, which takes others.
-pub fn chosen(choice: &'static str, takes: &'static str) -> ParameterError {
-    ParameterError { name: choice, component: None, value: f64::NAN, rule: Rule::Takes(takes) }
-}
-
-/// A rule of one construction: the value must …
-pub fn stated<T: Scalar>(
-    name: &'static str,
-    value: T,
-    passes: bool,
-    rule: &'static str,
-) -> Result<T, ParameterError> {
-    check(name, value, passes, Rule::Stated(rule))
-}
-
-/// Not NaN.
-pub fn number<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
-    check(name, value, value.abs() >= T::zero(), Rule::Number)
-}
-
-/// Finite, of either sign and of admissible magnitude.
-pub fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
-    let (_, most) = limits::<T>();
-    between(name, value, -most, most)
-}
-
-/// Strictly positive.
-pub fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
-    let (least, most) = limits::<T>();
-    between(name, value, least, most)
-}
-
-/// Zero or positive; −0 becomes 0, because what is divided by it has a sign.
-pub fn non_negative<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
-    let (_, most) = limits::<T>();
-    between(name, value, 0.0, most).map(|value| value + T::zero())
-}
-
-/// Between two limits, or at one of them.
-pub fn between<T: Scalar>(
-    name: &'static str,
-    value: T,
-    least: f64,
-    most: f64,
-) -> Result<T, ParameterError> {
-    let inside = value >= lit(least) && value <= lit(most);
-    check(name, value, inside, Rule::Between { least, most })
-}
-
-/// Not smaller than another parameter (both are checked to be finite elsewhere).
-pub fn at_least<T: Scalar>(
-    name: &'static str,
-    value: T,
-    other: &'static str,
-    limit: T,
-) -> Result<T, ParameterError> {
-    against(name, value, value >= limit, limit, |limit| Rule::AtLeast { other, limit })
-}
-
-/// Not larger than another parameter (both are checked to be finite elsewhere).
-pub fn at_most<T: Scalar>(
-    name: &'static str,
-    value: T,
-    other: &'static str,
-    limit: T,
-) -> Result<T, ParameterError> {
-    against(name, value, value <= limit, limit, |limit| Rule::AtMost { other, limit })
-}
-
-/// Strictly smaller than another quantity.
-pub fn below<T: Scalar>(
-    name: &'static str,
-    value: T,
-    other: &'static str,
-    limit: T,
-) -> Result<T, ParameterError> {
-    against(name, value, value < limit, limit, |limit| Rule::Below { other, limit })
-}
-
-/// Strictly larger than the component before it.
-pub fn increasing<T: Scalar>(
-    name: &'static str,
-    value: T,
-    previous: T,
-) -> Result<T, ParameterError> {
-    against(name, value, value > previous, previous, |previous| Rule::Increasing { previous })
-}
-
-/// Exactly the value that the construction needs.
-pub fn exactly<T: Scalar>(name: &'static str, value: T, wanted: T) -> Result<T, ParameterError> {
-    against(name, value, value == wanted, wanted, |value| Rule::Exactly { value })
-}
-
-/// A count of at least `least`.
-pub fn count(name: &'static str, count: usize, least: usize) -> Result<(), ParameterError> {
-    check(name, count as f64, count >= least, Rule::Count { least }).map(drop)
-}
-
-/// The abscissas of a table: two at least, from zero on, increasing.
-pub fn abscissas<T: Scalar>(
-    name: &'static str,
-    values: impl ExactSizeIterator<Item = T>,
-) -> Result<(), ParameterError> {
-    count("knots", values.len(), 2)?;
-    let mut previous = None;
-    for (index, value) in values.enumerate() {
-        let checked = match previous {
-            None => exactly(name, value, T::zero()),
-            Some(before) => finite(name, value).and_then(|value| increasing(name, value, before)),
-        };
-        previous = Some(component(index, checked)?);
+impl ParameterError {
+    /// The error for what was chosen at run time and does not go where it was put, which takes
+    /// others.
+    pub fn chosen(choice: &'static str, takes: &'static str) -> Self {
+        Self { name: choice, component: None, value: f64::NAN, rule: Rule::Takes(takes) }
     }
-    Ok(())
+
+    /// Names the component of an array that a check refused.
+    pub fn of_component<V>(index: usize, checked: Result<V, Self>) -> Result<V, Self> {
+        checked.map_err(|error| Self { component: Some(index), ..error })
+    }
 }
 
-/// Names the component of an array that a check refused.
-pub fn component<T>(index: usize, checked: Result<T, ParameterError>) -> Result<T, ParameterError> {
-    checked.map_err(|error| ParameterError { component: Some(index), ..error })
+/// A value before the gate, with its name in the struct or function that took it.
+///
+/// Each check returns the value, or the error that names the parameter and the rule.
+///
+/// ```
+/// use bristle::parameter::Named;
+///
+/// assert_eq!(Named("micro_stiffness", 1e4).positive()?, 1e4); // 1/m
+/// assert!(Named("micro_stiffness", f64::NAN).positive().is_err());
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Named<T>(pub &'static str, pub T);
+
+impl<T: Scalar> Named<T> {
+    /// The smallest admissible magnitude.
+    pub fn smallest() -> T {
+        lit(limits::<T>().0)
+    }
+
+    /// The error for a value that breaks a rule.
+    pub fn refused(self, rule: Rule) -> ParameterError {
+        ParameterError { name: self.0, component: None, value: decimal(self.1), rule }
+    }
+
+    /// What passes; what does not is refused by a rule.
+    pub fn check(self, passes: bool, rule: Rule) -> Result<T, ParameterError> {
+        if passes { Ok(self.1) } else { Err(self.refused(rule)) }
+    }
+
+    /// A rule of one construction: the value must …
+    pub fn stated(self, passes: bool, rule: &'static str) -> Result<T, ParameterError> {
+        self.check(passes, Rule::Stated(rule))
+    }
+
+    /// Not NaN.
+    pub fn number(self) -> Result<T, ParameterError> {
+        self.check(self.1.abs() >= T::zero(), Rule::Number)
+    }
+
+    /// Finite, of either sign and of admissible magnitude.
+    pub fn finite(self) -> Result<T, ParameterError> {
+        let (_, most) = limits::<T>();
+        self.between(-most, most)
+    }
+
+    /// Strictly positive.
+    pub fn positive(self) -> Result<T, ParameterError> {
+        let (least, most) = limits::<T>();
+        self.between(least, most)
+    }
+
+    /// Zero or positive; −0 becomes 0, because what is divided by it has a sign.
+    pub fn non_negative(self) -> Result<T, ParameterError> {
+        let (_, most) = limits::<T>();
+        self.between(0.0, most).map(|value| value + T::zero())
+    }
+
+    /// Between two limits, or at one of them.
+    pub fn between(self, least: f64, most: f64) -> Result<T, ParameterError> {
+        let inside = self.1 >= lit(least) && self.1 <= lit(most);
+        self.check(inside, Rule::Between { least, most })
+    }
+
+    /// Not smaller than another parameter (both are checked to be finite elsewhere).
+    pub fn at_least(self, other: &'static str, limit: T) -> Result<T, ParameterError> {
+        self.check(self.1 >= limit, Rule::AtLeast { other, limit: decimal(limit) })
+    }
+
+    /// Not larger than another parameter (both are checked to be finite elsewhere).
+    pub fn at_most(self, other: &'static str, limit: T) -> Result<T, ParameterError> {
+        self.check(self.1 <= limit, Rule::AtMost { other, limit: decimal(limit) })
+    }
+
+    /// Strictly smaller than another quantity.
+    pub fn below(self, other: &'static str, limit: T) -> Result<T, ParameterError> {
+        self.check(self.1 < limit, Rule::Below { other, limit: decimal(limit) })
+    }
+
+    /// Strictly larger than the component before it.
+    pub fn increasing(self, previous: T) -> Result<T, ParameterError> {
+        self.check(self.1 > previous, Rule::Increasing { previous: decimal(previous) })
+    }
+
+    /// Exactly the value that the construction needs.
+    pub fn exactly(self, wanted: T) -> Result<T, ParameterError> {
+        self.check(self.1 == wanted, Rule::Exactly { value: decimal(wanted) })
+    }
+}
+
+impl Named<usize> {
+    /// A count of at least `least`.
+    pub fn count(self, least: usize) -> Result<(), ParameterError> {
+        let count = Named(self.0, self.1 as f64);
+        count.check(self.1 >= least, Rule::Count { least }).map(drop)
+    }
 }

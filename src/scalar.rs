@@ -4,7 +4,31 @@ use nalgebra::RealField;
 
 /// A real number the models and integrators can compute with: `f32`, `f64`, or any other
 /// [`RealField`] that can be copied, such as the dual numbers of automatic differentiation.
-pub trait Scalar: RealField + Copy {}
+pub trait Scalar: RealField + Copy {
+    /// Infinity, in any scalar type: the fastest speed of a law that holds at every velocity.
+    #[inline(always)]
+    fn unlimited() -> Self {
+        Self::one() / Self::zero()
+    }
+
+    /// Not a number, in any scalar type: what a model answers where it has no answer.
+    #[inline(always)]
+    fn nan() -> Self {
+        Self::zero() / Self::zero()
+    }
+
+    /// The smaller of two numbers; NaN if the first is.
+    #[inline]
+    fn smaller(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+
+    /// The larger of two numbers; NaN if the first is.
+    #[inline]
+    fn larger(self, other: Self) -> Self {
+        if other > self { other } else { self }
+    }
+}
 
 impl<T: RealField + Copy> Scalar for T {}
 
@@ -25,26 +49,4 @@ pub fn to_f64<T: Scalar>(value: T) -> f64 {
 #[inline(always)]
 pub fn is_zero<T: Scalar>(value: T) -> bool {
     value <= T::zero() && value >= T::zero()
-}
-
-/// Infinity, in any scalar type: the fastest speed of a law that holds at every velocity.
-#[inline(always)]
-pub fn unlimited<T: Scalar>() -> T {
-    T::one() / T::zero()
-}
-
-/// Not a number, in any scalar type: what a model answers where it has no answer.
-#[inline(always)]
-pub fn nan<T: Scalar>() -> T {
-    T::zero() / T::zero()
-}
-
-/// The smaller of two numbers; NaN if the first is.
-pub fn smaller<T: Scalar>(a: T, b: T) -> T {
-    if b < a { b } else { a }
-}
-
-/// The larger of two numbers; NaN if the first is.
-pub fn larger<T: Scalar>(a: T, b: T) -> T {
-    if b > a { b } else { a }
 }

@@ -13,7 +13,7 @@ use crate::curve::{
     Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use crate::parameter;
+use crate::parameter::Named;
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
@@ -75,19 +75,14 @@ where
     new(P::deserialize(deserializer)?).map_err(D::Error::custom)
 }
 
-/// Reads a number that no constructor checks, under its own name.
-macro_rules! finite {
-    ($($name:ident)*) => {$(
-        pub(crate) fn $name<'de, T, D>(deserializer: D) -> Result<T, D::Error>
-        where
-            T: Scalar + Deserialize<'de>,
-            D: Deserializer<'de>,
-        {
-            read(deserializer, |value: T| parameter::finite(stringify!($name), value))
-        }
-    )*};
+/// Reads a signal that does not change: no constructor checks it.
+pub(crate) fn constant<'de, T, D>(deserializer: D) -> Result<T, D::Error>
+where
+    T: Scalar + Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    read(deserializer, |value| Named("constant", value).finite())
 }
-finite!(constant);
 
 /// Implements serde's traits for a type that is read and written as something else:
 /// `[generics] type as what: read, write`, with T for the scalar.
@@ -138,16 +133,11 @@ serialised_as!([] Tabulated<Vec<Cubic<T>>> as Vec<Knot<T>>:
     |knots: Vec<Knot<T>>| Self::from_slice(&knots), |table| table.knots().collect());
 serialised_as!([] Polyline<Vec<Vertex<T>>> as Vec<Vertex<T>>:
     Self::new, |line| line.vertices().clone());
-serialised_as!([] Maxwell<T> as MaxwellFile<T>:
-|file: MaxwellFile<T>| {
-    let MaxwellFile { micro_stiffness, series_damping } = file;
-    Self::new(MaxwellParameters { micro_stiffness, series_damping })
-},
-|bristle| {
+serialised_as!([] Maxwell<T> as MaxwellParameters<T>: Self::new, |bristle| {
     let MaxwellArm { stiffness, series_damping } = *bristle.arm();
     // It has one always.
     let series_damping = series_damping.unwrap_or_else(T::zero);
-    MaxwellFile { micro_stiffness: stiffness, series_damping }
+    MaxwellParameters { micro_stiffness: stiffness, series_damping }
 });
 serialised_as!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
 LuGre<C, KelvinVoigt<T>, E, T> as LuGreFile<C, E, T>:
@@ -236,67 +226,34 @@ struct ContactFile<T, M> {
     reference_load: Option<T>,
 }
 
-/// A Maxwell bristle in a file.
+/// A LuGre model in a file: g(v) and the viscous friction outside it. If that is absent, it is
+/// the classical model, whose curve gives it.
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename = "Maxwell")]
-struct MaxwellFile<T> {
-    micro_stiffness: T,
-    series_damping: T,
+#[serde(deny_unknown_fields, rename = "LuGre")]
+struct LuGreFile<C, E, T: Scalar> {
+    curve: C,
+    rheology: KelvinVoigt<T>,
+    #[serde(default)]
+    regularisation: E,
+    #[serde(default = "Option::default")]
+    viscous_friction: Option<T>,
 }
 
-/// What a model of a curve C, a regularisation E and a scalar T is in a file.
-macro_rules! model_file {
-    ($(#[$about:meta])* $name:literal $file:ident[$($generic:tt)*] { $($fields:tt)* }) => {
-        $(#[$about])*
-        #[derive(Serialize, Deserialize)]
-        #[serde(
-            deny_unknown_fields,
-            rename = $name,
-            bound(
-                deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
-                               T: Scalar + Deserialize<'de>",
-                serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
-            )
-        )]
-        struct $file<$($generic)*> { $($fields)* }
-    };
-}
-
-model_file! {
-    /// A LuGre model in a file: g(v) and the viscous friction outside it. If that is absent, it is
-    /// the classical model, whose curve gives it.
-    "LuGre" LuGreFile[C, E, T] {
-        curve: C,
-        rheology: KelvinVoigt<T>,
-        #[serde(default)]
-        regularisation: E,
-        #[serde(default = "Option::default")]
-        viscous_friction: Option<T>,
-    }
-}
-
-model_file! {
-    /// An elasto-plastic model in a file.
-    "ElastoPlastic" ElastoPlasticFile[C, E, T] {
-        curve: C,
-        rheology: KelvinVoigt<T>,
-        #[serde(default)]
-        regularisation: E,
-        stick_limit: T,
-    }
+/// An elasto-plastic model in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename = "ElastoPlastic")]
+struct ElastoPlasticFile<C, E, T: Scalar> {
+    curve: C,
+    rheology: KelvinVoigt<T>,
+    #[serde(default)]
+    regularisation: E,
+    stick_limit: T,
 }
 
 /// An implicit bristle in a file.
 #[derive(Serialize, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    rename = "Implicit",
-    bound(
-        deserialize = "C: Deserialize<'de>, T: Scalar + Deserialize<'de>",
-        serialize = "C: Serialize, T: Scalar + Serialize"
-    )
-)]
-struct ImplicitFile<C, T> {
+#[serde(deny_unknown_fields, rename = "Implicit")]
+struct ImplicitFile<C, T: Scalar> {
     curve: C,
     rheology: KelvinVoigt<T>,
 }

@@ -8,7 +8,6 @@
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Elements, Rheology};
-use crate::scalar::larger;
 use crate::{Branch, Scalar, Sliding};
 
 /// A sliding velocity under a friction scale. From a velocity or a [`Sliding`] the scale is one.
@@ -142,7 +141,7 @@ impl<T: Scalar> Surface<T> {
         let speed = self.sliding.velocity().abs();
         let velocity = if sign < T::zero() { -speed } else { speed };
         let at = |velocity| function(Self::scaled(branch.of(velocity), self.scale));
-        larger(at(velocity), at(T::zero()))
+        at(velocity).larger(at(T::zero()))
     }
 
     /// The opposite velocity on the same branch.

@@ -16,7 +16,7 @@
 //! and it needs a model that fits.
 
 use super::output::{Compensation, Output, OutputParameters};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::{Bristle, Contact, Scalar};
 
 /// Parameters of a [`FeedForwardCompensator`].
@@ -76,8 +76,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     /// that is negative or not finite.
     pub fn new(parameters: FeedForwardParameters<T, M>) -> Result<Self, ParameterError> {
         Ok(Self {
-            sample_time: parameter::positive("sample_time", parameters.sample_time)?,
-            fastest: parameter::positive("fastest", parameters.fastest)?,
+            sample_time: Named("sample_time", parameters.sample_time).positive()?,
+            fastest: Named("fastest", parameters.fastest).positive()?,
             output: Output::new(parameters.contact, parameters.output)?,
         })
     }

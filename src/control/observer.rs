@@ -88,9 +88,9 @@ use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{
     MotionSample, VelocityFromPosition, VelocityFromPositionParameters, along,
 };
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::{lit, unlimited};
+use crate::scalar::lit;
 use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 
 /// How the tracking error corrects the estimate.
@@ -230,15 +230,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// [`Law::Secant`] and [`Law::Passivity`] that does not tell its σ1.
     pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
-        let fastest = parameter::positive("fastest", velocity.fastest)?;
-        let mass = parameter::positive("mass", parameters.mass)?;
-        let proportional = parameter::positive("proportional_gain", parameters.proportional_gain)?;
-        let derivative = parameter::positive("derivative_gain", parameters.derivative_gain)?;
-        let integral = parameter::non_negative("integral_gain", parameters.integral_gain)?;
+        let fastest = Named("fastest", velocity.fastest).positive()?;
+        let mass = Named("mass", parameters.mass).positive()?;
+        let proportional = Named("proportional_gain", parameters.proportional_gain).positive()?;
+        let derivative = Named("derivative_gain", parameters.derivative_gain).positive()?;
+        let integral = Named("integral_gain", parameters.integral_gain).non_negative()?;
         let model = contact.model();
         if model.form() != Form::OfVelocity {
             let takes = "an observer takes models whose Bristle::form is Form::OfVelocity";
-            return Err(parameter::chosen(model.name(), takes));
+            return Err(ParameterError::chosen(model.name(), takes));
         }
         let stiffness = model.storage_stiffness();
         let known = model.characteristics(fastest);
@@ -247,37 +247,34 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
         });
         let corner = match injection {
             Injection::Velocity { gain, corner } => {
-                parameter::positive("gain", gain)?;
+                Named("gain", gain).positive()?;
                 if !(model.obeys(Law::Secant) && model.obeys(Law::Passivity)) {
                     if known.is_none() {
                         let takes = "an observer takes models that obey Law::Secant and \
                                      Law::Passivity, or tell σ1 by Bristle::characteristics";
-                        return Err(parameter::chosen(model.name(), takes));
+                        return Err(ParameterError::chosen(model.name(), takes));
                     }
                     // D is a sum of squares up to this relaxation rate.
                     let four: T = lit(4.0);
                     let limit = four * stiffness * (micro_damping + viscous)
                         / (micro_damping * micro_damping);
-                    let fastest = model.limits(fastest).relaxation_rate.unwrap_or_else(unlimited);
-                    parameter::at_most(
-                        "relaxation rate at the fastest speed",
-                        fastest,
-                        "4 σ0 (σ1 + σ2)/σ1²",
-                        limit,
-                    )?;
+                    let fastest =
+                        model.limits(fastest).relaxation_rate.unwrap_or_else(T::unlimited);
+                    Named("relaxation rate at the fastest speed", fastest)
+                        .at_most("4 σ0 (σ1 + σ2)/σ1²", limit)?;
                 }
-                parameter::positive("corner", corner)?
+                Named("corner", corner).positive()?
             }
             Injection::Position { gain } => {
-                parameter::positive("gain", gain)?;
-                stiffness / parameter::positive("micro_damping", micro_damping)?
+                Named("gain", gain).positive()?;
+                stiffness / Named("micro_damping", micro_damping).positive()?
             }
         };
-        parameter::below("corner × mass", corner * mass, "derivative_gain", derivative)?;
+        Named("corner × mass", corner * mass).below("derivative_gain", derivative)?;
         let most = corner * proportional;
-        parameter::below("integral_gain", integral, "corner × proportional_gain", most)?;
+        Named("integral_gain", integral).below("corner × proportional_gain", most)?;
         Ok(Self {
-            limit: model.limits(fastest).deflection.unwrap_or_else(unlimited),
+            limit: model.limits(fastest).deflection.unwrap_or_else(T::unlimited),
             position: VelocityFromPosition::new(velocity)?,
             // The reference may jump: a slow planner gives a staircase.
             error: VelocityFromPosition::new(VelocityFromPositionParameters {

@@ -1,6 +1,6 @@
 //! The output of a compensator: a share of the friction force, within the actuator's limit.
 
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::{Bristle, Contact, Scalar};
 
 /// How much of the friction force is compensated, and how much at most.
@@ -49,8 +49,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Output<T, M> {
         Ok(Self {
             contact,
             velocity: T::zero(),
-            share: parameter::between("share", parameters.share, 0.0, 2.0)? + T::zero(),
-            largest_force: parameter::positive("largest_force", parameters.largest_force)?,
+            share: Named("share", parameters.share).between(0.0, 2.0)? + T::zero(),
+            largest_force: Named("largest_force", parameters.largest_force).positive()?,
             last: Self::start(),
         })
     }

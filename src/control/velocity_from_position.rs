@@ -17,8 +17,8 @@
 //! refused samples it takes n such steps at once towards the mean velocity of all n, with the
 //! weight 1 − (τ/(τ + h))ⁿ.
 
-use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, larger, lit};
+use crate::parameter::{Named, ParameterError};
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Scalar};
 
 /// Parameters of a [`VelocityFromPosition`].
@@ -112,14 +112,14 @@ impl<T: Scalar> VelocityFromPosition<T> {
     /// Refuses a sample time or a fastest speed that is not positive, and a time constant or a
     /// count that is negative or not finite.
     pub fn new(parameters: VelocityFromPositionParameters<T>) -> Result<Self, ParameterError> {
-        let sample_time = parameter::positive("sample_time", parameters.sample_time)?;
-        let time_constant = parameter::non_negative("time_constant", parameters.time_constant)?;
+        let sample_time = Named("sample_time", parameters.sample_time).positive()?;
+        let time_constant = Named("time_constant", parameters.time_constant).non_negative()?;
         let weight = sample_time / (time_constant + sample_time);
         Ok(Self {
             sample_time,
             weight,
-            fastest: parameter::positive("fastest", parameters.fastest)?,
-            slack: lit::<T>(2.0) * parameter::non_negative("count", parameters.count)?,
+            fastest: Named("fastest", parameters.fastest).positive()?,
+            slack: lit::<T>(2.0) * Named("count", parameters.count).non_negative()?,
             position: None,
             elsewhere: None,
             elapsed: T::one(),
@@ -221,7 +221,7 @@ pub(super) fn along<T: Scalar, M: Bristle<T, Deflection = T>>(
     if is_zero(secant) {
         return Affine { relaxation: T::zero(), ..contact.affine(smooth, deflection) };
     }
-    let speed = larger(smooth.abs(), secant.abs() * lit(SLOWEST));
+    let speed = smooth.abs().larger(secant.abs() * lit(SLOWEST));
     let velocity = if secant < T::zero() { -speed } else { speed };
     let affine = contact.affine(velocity, deflection);
     Affine { relaxation: affine.relaxation * (secant.abs() / speed), ..affine }

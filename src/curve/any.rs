@@ -99,14 +99,6 @@ impl<T: Scalar> FrictionCurve<T> for AnyCurve<T> {
         }
     }
 
-    fn bounds(&self, fastest: T) -> Bounds<T> {
-        of_the_curve!(self, curve => curve.bounds(fastest))
-    }
-
-    fn viscous_friction(&self) -> T {
-        of_the_curve!(self, curve => curve.viscous_friction())
-    }
-
     fn with_less_viscous_friction(&self, part: T) -> Self {
         match self {
             Self::Coulomb(curve) => curve.with_less_viscous_friction(part).into(),
@@ -121,41 +113,12 @@ impl<T: Scalar> FrictionCurve<T> for AnyCurve<T> {
         }
     }
 
-    fn slope_at_rest(&self) -> T {
-        of_the_curve!(self, curve => curve.slope_at_rest())
-    }
-
-    fn least_slope(&self) -> Option<T> {
-        of_the_curve!(self, curve => curve.least_slope())
-    }
-
-    fn is_even(&self) -> bool {
-        of_the_curve!(self, curve => curve.is_even())
-    }
-}
-
-impl<T> From<Coulomb<T>> for AnyCurve<T> {
-    fn from(curve: Coulomb<T>) -> Self {
-        Self::Coulomb(curve)
-    }
-}
-
-impl<T> From<Stribeck<T>> for AnyCurve<T> {
-    fn from(curve: Stribeck<T>) -> Self {
-        Self::Stribeck(curve)
-    }
-}
-
-impl<T> From<RationalStribeck<T>> for AnyCurve<T> {
-    fn from(curve: RationalStribeck<T>) -> Self {
-        Self::RationalStribeck(curve)
-    }
-}
-
-#[cfg(feature = "alloc")]
-impl<T> From<Tabulated<Vec<Cubic<T>>>> for AnyCurve<T> {
-    fn from(curve: Tabulated<Vec<Cubic<T>>>) -> Self {
-        Self::Tabulated(curve)
+    passed_on! { of_the_curve:
+        bounds(fastest: T) -> Bounds<T>;
+        viscous_friction() -> T;
+        slope_at_rest() -> T;
+        least_slope() -> Option<T>;
+        is_even() -> bool;
     }
 }
 
@@ -199,4 +162,12 @@ impl<T: Scalar> AnyCurve<T> {
         let sliding = Sliding::from_parts(velocity, speed, direction);
         of_the_curve!(self, curve => curve.coefficient_and_slope(sliding))
     }
+}
+
+holds! { AnyCurve:
+    Coulomb(Coulomb<T>)
+    Stribeck(Stribeck<T>)
+    RationalStribeck(RationalStribeck<T>)
+    #[cfg(feature = "alloc")]
+    Tabulated(Tabulated<Vec<Cubic<T>>>)
 }

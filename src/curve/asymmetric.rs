@@ -1,7 +1,6 @@
 //! A separate friction curve for each direction of motion, as gearboxes and seals need.
 
 use crate::curve::FrictionCurve;
-use crate::scalar::smaller;
 use crate::{Bounds, Scalar, Sliding};
 
 /// A friction curve made of two, one for each direction of sliding.
@@ -45,12 +44,12 @@ impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for A
     }
 
     fn slope_at_rest(&self) -> T {
-        smaller(self.forward.slope_at_rest(), self.backward.slope_at_rest())
+        self.forward.slope_at_rest().smaller(self.backward.slope_at_rest())
     }
 
     fn viscous_friction(&self) -> T {
         // The part that both directions share.
-        smaller(self.forward.viscous_friction(), self.backward.viscous_friction())
+        self.forward.viscous_friction().smaller(self.backward.viscous_friction())
     }
 
     fn with_less_viscous_friction(&self, part: T) -> Self {
@@ -61,6 +60,6 @@ impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for A
     }
 
     fn least_slope(&self) -> Option<T> {
-        Some(smaller(self.forward.least_slope()?, self.backward.least_slope()?))
+        Some((self.forward.least_slope()?).smaller(self.backward.least_slope()?))
     }
 }

@@ -6,7 +6,7 @@
 //! | σ2 | viscous friction | s/m |
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Coulomb`].
@@ -46,8 +46,8 @@ impl<T: Scalar> Coulomb<T> {
     /// Names the parameter that is out of its range.
     pub fn new(parameters: CoulombParameters<T>) -> Result<Self, ParameterError> {
         Ok(Self {
-            dynamic: parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?,
-            viscous: parameter::non_negative("viscous_friction", parameters.viscous_friction)?,
+            dynamic: Named("dynamic_coefficient", parameters.dynamic_coefficient).positive()?,
+            viscous: Named("viscous_friction", parameters.viscous_friction).non_negative()?,
         })
     }
 

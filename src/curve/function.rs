@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::{Bounds, Scalar, Sliding};
 
 /// A friction curve given by a closure that returns μ and dμ/d|v| at a speed |v|.
@@ -44,8 +44,8 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     /// step cuts no deflection, and LuGre is passive only where its damping covers every
     /// deflection. The passivity of FrBD needs no bound.
     pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
-        parameter::positive("bounds.min", bounds.min)?;
-        parameter::at_least("bounds.max", bounds.max, "bounds.min", bounds.min)?;
+        Named("bounds.min", bounds.min).positive()?;
+        Named("bounds.max", bounds.max).at_least("bounds.min", bounds.min)?;
         Ok(Self { function, bounds, least_slope: None })
     }
 
@@ -56,7 +56,7 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     ///
     /// Refuses a number that is not finite.
     pub fn with_least_slope(self, slope: T) -> Result<Self, ParameterError> {
-        Ok(Self { least_slope: Some(parameter::finite("least_slope", slope)?), ..self })
+        Ok(Self { least_slope: Some(Named("least_slope", slope).finite()?), ..self })
     }
 }
 

@@ -40,6 +40,7 @@ pub use rational_stribeck::{RationalStribeck, RationalStribeckParameters};
 pub use stribeck::{Stribeck, StribeckParameters};
 pub use tabulated::{Cubic, Knot, Tabulated};
 
+use crate::regularisation::Regularisation;
 use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
@@ -145,6 +146,16 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
     /// positive, see [`ImplicitBristle`](crate::ImplicitBristle).
     fn least_slope(&self) -> Option<T> {
         None
+    }
+
+    /// A number [s/m] that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.
+    fn least_secant<E: Regularisation<T>>(&self, regularisation: &E, fastest: T) -> T {
+        let over_range = self.bounds(fastest).min / regularisation.speed(Sliding::from(fastest));
+        // μ ≥ dry + σ2|v| ≥ σ2|v|_ε, provided that the dry part covers σ2(|v|_ε − |v|).
+        let viscous = self.viscous_friction();
+        let dry = self.without_viscous_friction().bounds(fastest).min;
+        let covered = viscous * regularisation.speed_at_rest() <= dry;
+        if covered { over_range.larger(viscous) } else { over_range }
     }
 
     /// Whether μ(−v) = μ(v) for every v. `false` unless it is known.

@@ -16,8 +16,8 @@
 
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, lit, unlimited};
+use crate::parameter::{Named, ParameterError};
+use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// Parameters of [`Stribeck`].
@@ -87,7 +87,7 @@ impl<T: Scalar> Stribeck<T> {
             parameters.viscous_friction,
         ])?;
         let exponent =
-            parameter::between("stribeck_exponent", parameters.stribeck_exponent, 0.1, 100.0)?;
+            Named("stribeck_exponent", parameters.stribeck_exponent).between(0.1, 100.0)?;
         Ok(Self {
             valley,
             exponent,
@@ -200,7 +200,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     fn slope_at_rest(&self) -> T {
         if self.exponent < T::one() && self.valley.drop > T::zero() {
             // Of which the slope at rest itself says nothing.
-            return -unlimited::<T>();
+            return -T::unlimited();
         }
         self.coefficient_and_slope(Branch::Forward.of(T::zero())).1
     }
@@ -223,7 +223,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         }
         if self.exponent < T::one() {
             // δ u^(δ−1) exp(−u^δ) grows without limit towards rest.
-            return Some(-unlimited::<T>());
+            return Some(-T::unlimited());
         }
         let (w, slope) = self.power(self.steepest());
         let steepness = slope * (-w).exp();

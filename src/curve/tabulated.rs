@@ -13,8 +13,8 @@
 use core::fmt::Debug;
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::{lit, nan, smaller};
+use crate::parameter::{Named, ParameterError, Rule};
+use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
 /// One measured point of a [`Tabulated`] curve.
@@ -140,7 +140,7 @@ impl<'a, T: Scalar> Tabulated<&'a [Cubic<T>]> {
         check(knots)?;
         let (least, most) = (knots.len(), knots.len());
         let rule = Rule::CountBetween { least, most };
-        parameter::check("cubics", memory.len() as f64, memory.len() == least, rule)?;
+        Named("cubics", memory.len() as f64).check(memory.len() == least, rule)?;
         fill(memory, knots);
         Ok(Self { cubics: memory })
     }
@@ -168,19 +168,27 @@ impl<S> Tabulated<S> {
         let cubics = self.cubics.as_ref();
         let started = cubics.partition_point(|cubic| cubic.start <= speed);
         // There are two at least.
-        let nowhere = Cubic { start: T::zero(), coefficients: [nan(); 4] };
+        let nowhere = Cubic { start: T::zero(), coefficients: [T::nan(); 4] };
         cubics.get(started.saturating_sub(1)).copied().unwrap_or(nowhere)
     }
 }
 
 fn check<T: Scalar>(knots: &[Knot<T>]) -> Result<(), ParameterError> {
-    parameter::abscissas("speed", knots.iter().map(|knot| knot.speed))?;
+    Named("knots", knots.len()).count(2)?;
     for (index, knot) in knots.iter().enumerate() {
-        parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
+        let speed = Named("speed", knot.speed);
+        let checked = match index.checked_sub(1).and_then(|before| knots.get(before)) {
+            None => speed.exactly(T::zero()),
+            Some(before) => speed.finite().and_then(|_| speed.increasing(before.speed)),
+        };
+        ParameterError::of_component(index, checked)?;
+    }
+    for (index, knot) in knots.iter().enumerate() {
+        ParameterError::of_component(index, Named("coefficient", knot.coefficient).positive())?;
     }
     for (index, (slope, spacing)) in (0..).map_while(|i| secant(knots, i)).enumerate() {
-        parameter::component(index + 1, parameter::finite("slope", slope))?;
-        parameter::component(index + 1, parameter::positive("spacing", spacing))?;
+        ParameterError::of_component(index + 1, Named("slope", slope).finite())?;
+        ParameterError::of_component(index + 1, Named("spacing", spacing).positive())?;
     }
     Ok(())
 }
@@ -285,11 +293,11 @@ impl<T: Scalar, S: AsRef<[Cubic<T>]> + Debug + Clone> FrictionCurve<T> for Tabul
         let mut least = cubics.last()?.coefficients[1];
         for (cubic, next) in cubics.iter().zip(cubics.iter().skip(1)) {
             let end = next.start;
-            least = smaller(least, smaller(cubic.slope(cubic.start), cubic.slope(end)));
+            least = least.smaller(cubic.slope(cubic.start).smaller(cubic.slope(end)));
             let [_, _, c2, c3] = cubic.coefficients;
             let lowest = cubic.start - c2 / (lit::<T>(3.0) * c3);
             if c3 > T::zero() && lowest > cubic.start && lowest < end {
-                least = smaller(least, cubic.slope(lowest));
+                least = least.smaller(cubic.slope(lowest));
             }
         }
         Some(least)

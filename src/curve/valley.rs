@@ -5,8 +5,8 @@
 //! only falls), there are at most two such points: a maximum just above rest, where viscosity
 //! outruns a decay that starts flat, and then the minimum of the Stribeck valley.
 
-use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, larger, lit};
+use crate::parameter::{Named, ParameterError};
+use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Scalar};
 
 /// The parameters of a curve that falls from static to dynamic friction.
@@ -27,11 +27,11 @@ impl<T: Scalar> Valley<T> {
     pub(super) fn new(
         [static_, dynamic, velocity, viscous]: [T; 4],
     ) -> Result<Self, ParameterError> {
-        parameter::positive("dynamic_coefficient", dynamic)?;
-        parameter::positive("static_coefficient", static_)?;
-        parameter::at_least("static_coefficient", static_, "dynamic_coefficient", dynamic)?;
-        parameter::positive("stribeck_velocity", velocity)?;
-        parameter::non_negative("viscous_friction", viscous)?;
+        Named("dynamic_coefficient", dynamic).positive()?;
+        Named("static_coefficient", static_).positive()?;
+        Named("static_coefficient", static_).at_least("dynamic_coefficient", dynamic)?;
+        Named("stribeck_velocity", velocity).positive()?;
+        Named("viscous_friction", viscous).non_negative()?;
         let inverse_velocity = T::one() / velocity;
         Ok(Self { dynamic, drop: static_ - dynamic, inverse_velocity, viscous })
     }
@@ -58,7 +58,7 @@ impl<T: Scalar> Valley<T> {
         let mut bounds = Bounds::constant(start).union(Bounds::constant(end));
         if balance > T::zero() && balance < steepness(steepest) {
             // Far enough for the steepness to have fallen below the balance again.
-            let mut far = larger(steepest, T::one());
+            let mut far = steepest.larger(T::one());
             for _ in 0..64 {
                 if steepness(far) < balance {
                     break;

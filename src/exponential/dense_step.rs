@@ -6,7 +6,7 @@
 )]
 
 use super::nodes::Nodes;
-use crate::scalar::{is_zero, larger, lit, nan, smaller};
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Branch, Bristle, Contact, Scalar};
 
 /// The affine bristle at one velocity, per unit normal force.
@@ -86,7 +86,7 @@ fn range<T: Scalar, const S: usize>(samples: &[Sample<T>; S]) -> (T, T, T) {
         // Without relaxation nothing holds the deflection on the side to which it is driven;
         // 0/0 is neither side.
         let stationary = sample.drive / sample.relaxation;
-        (least, greatest) = (smaller(least, stationary), larger(greatest, stationary));
+        (least, greatest) = (least.smaller(stationary), greatest.larger(stationary));
     }
     (relaxation, least, greatest)
 }
@@ -148,7 +148,7 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         // A deflection that follows z_ss lags by its change over Λ: what is within that of the
         // range belongs to the slow part, what is outside decays exactly.
         let lag = (greatest - least) * (lit::<T>(0.5) + lit::<T>(2.0) / relaxation);
-        let held = larger(smaller(start, greatest + lag), least - lag);
+        let held = start.smaller(greatest + lag).larger(least - lag);
         let base = if held.is_finite() { held } else { start };
         let excess = start - base;
         // NaN is no bound.
@@ -204,7 +204,7 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
     /// Cut to the range that the exact solution keeps, and a margin on both sides.
     #[inline(always)]
     fn within(&self, deflection: T, margin: T) -> T {
-        larger(smaller(deflection, self.greatest + margin), self.least - margin)
+        deflection.smaller(self.greatest + margin).larger(self.least - margin)
     }
 
     /// Time at which the step starts \[s\].
@@ -357,7 +357,7 @@ impl<T: Scalar> StepSummary<T> {
 
     /// The answer to input that is not a number.
     pub(super) fn unknown() -> Self {
-        Self { deflection: nan(), end: nan(), mean: nan(), work: nan() }
+        Self { deflection: T::nan(), end: T::nan(), mean: T::nan(), work: T::nan() }
     }
 }
 

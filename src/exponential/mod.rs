@@ -53,8 +53,8 @@ pub use solver::CollocationSolver;
 use core::ops::Range;
 
 use crate::ode::{Crossing, Search, StepControl};
-use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, larger, lit};
+use crate::parameter::{Named, ParameterError};
+use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Contact, Scalar};
 use dense_step::Sample;
 use nodes::{MOST_NODES, Nodes};
@@ -189,7 +189,7 @@ impl<const S: usize> Exponential<S> {
         self,
         tolerance: T,
     ) -> Result<CollocationSolver<T, S>, ParameterError> {
-        let tolerance = Some(parameter::positive("tolerance", tolerance)?);
+        let tolerance = Some(Named("tolerance", tolerance).positive()?);
         Ok(CollocationSolver { control: StepControl::adaptive(), tolerance })
     }
 
@@ -229,7 +229,7 @@ fn crossing<T: Scalar, const S: usize>(
     shortest: T,
 ) -> Crossing<T> {
     // After a reversal the start lies on the wrong side by a rounding.
-    let mut known = [(start.0, larger(start.1, T::zero())); MOST_NODES + 1];
+    let mut known = [(start.0, start.1.larger(T::zero())); MOST_NODES + 1];
     for ((known, place), speed) in known.iter_mut().skip(1).zip(places).zip(speeds) {
         *known = (place, speed);
     }

@@ -9,7 +9,7 @@ use super::dense_step::{DenseStep, Sample};
 use super::nodes::Nodes;
 use super::{CollocationSolver, crossing, direction, places};
 use crate::ode::{Crossing, Failure, NextStep, Progress, Statistics, StopReason};
-use crate::scalar::{is_zero, larger, lit, smaller, to_f64};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Scalar};
 
@@ -79,7 +79,7 @@ where
         // A part of the time in which the velocity doubles; estimates correct it from there.
         let guess = now.abs() / rate.abs() * lit(0.25);
         let most = (span.end - span.start) * lit(0.01);
-        let guess = if guess > T::zero() { smaller(most, guess) } else { most };
+        let guess = if guess > T::zero() { most.smaller(guess) } else { most };
         let first = run.progress.given_length().unwrap_or(guess);
         run.progress.start(first).map_err(|reason| run.failure(reason))?;
         Ok(run)
@@ -135,7 +135,7 @@ where
                 Some(allowed) if is_finite => {
                     let mut error = step.error;
                     if error <= allowed {
-                        error = larger(error, self.hidden(allowed, &step));
+                        error = error.larger(self.hidden(allowed, &step));
                     }
                     let ratio = to_f64(error / allowed);
                     ratio * ratio

@@ -6,7 +6,7 @@ use nalgebra::Vector1;
 
 use super::run::Run;
 use crate::ode::{Failure, Statistics, StepControl, check_samples};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::lit;
 use crate::signal::Signal;
 use crate::{Bristle, Contact, Scalar};
@@ -52,7 +52,7 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
     ///
     /// Refuses a limit that is not positive.
     pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
-        self.control.largest_step = Some(parameter::positive("largest_step", largest)?);
+        self.control.largest_step = Some(Named("largest_step", largest).positive()?);
         Ok(self)
     }
 
@@ -76,10 +76,11 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
         span: Range<T>,
         deflection: T,
     ) -> Result<Run<'a, T, M, V, S>, Failure<T, 1>> {
-        let checked = parameter::finite("span.start", span.start)
-            .and_then(|start| parameter::at_least("span.end", span.end, "span.start", start))
-            .and_then(|end| parameter::finite("span.end", end))
-            .and_then(|_| parameter::finite("deflection", deflection));
+        let checked = Named("span.start", span.start)
+            .finite()
+            .and_then(|start| Named("span.end", span.end).at_least("span.start", start))
+            .and_then(|end| Named("span.end", end).finite())
+            .and_then(|_| Named("deflection", deflection).finite());
         let state = Vector1::new(deflection);
         checked.map_err(|error| Failure::refused(error, span.start, state))?;
         Run::new(self, contact, velocity, span, deflection)

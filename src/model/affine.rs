@@ -18,7 +18,6 @@
 
 use crate::Scalar;
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::nan;
 
 /// The four coefficients of a model at one velocity, or their derivatives with respect to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +103,7 @@ impl<T: Scalar> Affine<T> {
 /// forgotten would grow.
 #[inline(always)]
 pub(super) fn forwards<T: Scalar>(duration: T) -> T {
-    if duration >= T::zero() { duration } else { nan() }
+    if duration >= T::zero() { duration } else { T::nan() }
 }
 
 /// The result of an exact step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold).

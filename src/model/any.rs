@@ -108,70 +108,28 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
         }
     }
 
-    #[inline]
-    fn affine_and_slopes(&self, surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>) {
-        of_the_model!(self, model => model.affine_and_slopes(surface, deflection))
-    }
-
-    fn form(&self) -> Form {
-        of_the_model!(self, model => model.form())
-    }
-
-    fn name(&self) -> &'static str {
-        of_the_model!(self, model => model.name())
-    }
-
-    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
-        of_the_model!(self, model => model.stationary(surface))
-    }
-
-    fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
-        of_the_model!(self, model => model.stationary_coefficient(surface))
-    }
-
-    #[inline]
-    fn storage_stiffness(&self) -> T {
-        of_the_model!(self, model => model.storage_stiffness())
-    }
-
-    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
-        of_the_model!(self, model => model.holding_coefficient(surface, carried))
-    }
-
-    fn obeys(&self, law: Law) -> bool {
-        of_the_model!(self, model => model.obeys(law))
-    }
-
-    fn limits(&self, fastest: T) -> Limits<T> {
-        of_the_model!(self, model => model.limits(fastest))
-    }
-
-    fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        of_the_model!(self, model => model.characteristics(fastest))
-    }
-
-    #[inline]
-    fn rate(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
-        of_the_model!(self, model => model.rate(surface, deflection))
-    }
-
-    #[inline]
-    fn coefficient(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
-        of_the_model!(self, model => model.coefficient(surface, deflection))
-    }
-
-    #[inline]
-    fn linearised(&self, surface: impl Into<Surface<T>>, deflection: T) -> Linearised<T> {
-        of_the_model!(self, model => model.linearised(surface, deflection))
-    }
-
-    fn steady_linearised(&self, surface: impl Into<Surface<T>>) -> Linearised<T> {
-        of_the_model!(self, model => model.steady_linearised(surface))
-    }
-
-    #[inline]
-    fn hold(&self, surface: impl Into<Surface<T>>, deflection: T, duration: T) -> HeldStep<T> {
-        of_the_model!(self, model => model.hold(surface, deflection, duration))
+    passed_on! { of_the_model:
+        #[inline]
+        affine_and_slopes(surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>);
+        form() -> Form;
+        name() -> &'static str;
+        stationary(surface: impl Into<Surface<T>>) -> T;
+        stationary_coefficient(surface: impl Into<Surface<T>>) -> T;
+        #[inline]
+        storage_stiffness() -> T;
+        holding_coefficient(surface: Surface<T>, carried: T) -> T;
+        obeys(law: Law) -> bool;
+        limits(fastest: T) -> Limits<T>;
+        characteristics(fastest: T) -> Option<Characteristics<T>>;
+        #[inline]
+        rate(surface: impl Into<Surface<T>>, deflection: T) -> T;
+        #[inline]
+        coefficient(surface: impl Into<Surface<T>>, deflection: T) -> T;
+        #[inline]
+        linearised(surface: impl Into<Surface<T>>, deflection: T) -> Linearised<T>;
+        steady_linearised(surface: impl Into<Surface<T>>) -> Linearised<T>;
+        #[inline]
+        hold(surface: impl Into<Surface<T>>, deflection: T, duration: T) -> HeldStep<T>;
     }
 }
 

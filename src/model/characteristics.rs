@@ -1,9 +1,9 @@
 //! Parameters and bounds of a model, as its theorems use them.
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{ParameterError, Rule, at_least, refused};
+use crate::parameter::{Named, ParameterError, Rule};
 use crate::rheology::ElementBounds;
-use crate::scalar::{is_zero, lit, smaller, to_f64, unlimited};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Bounds, Branch, Scalar};
 
 /// Parameters and bounds of a model, as its theorems use them. From
@@ -73,7 +73,7 @@ impl<T: Scalar> Characteristics<T> {
             micro_stiffness: elements.stiffness,
             micro_damping: elements.damping,
             static_coefficient: curve.at(T::zero()),
-            dry_coefficient: curve.without_viscous_friction().bounds(unlimited()),
+            dry_coefficient: curve.without_viscous_friction().bounds(T::unlimited()),
             slope_at_rest: curve.slope_at_rest(),
             least_slope,
             viscous_friction: T::zero(),
@@ -93,7 +93,8 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
     // The bounds are sums of the parameters, the values of a few functions.
     let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
     let ratio: T = lit(NEXT);
-    let ordered = at_least("upper bound of a curve", bounds.max, "its lower bound", bounds.min);
+    let ordered =
+        Named("upper bound of a curve", bounds.max).at_least("its lower bound", bounds.min);
     let (mut least, mut fault) = (curve.slope_at_rest(), ordered.err());
     for branch in [Branch::Forward, Branch::Backward] {
         let sliding = |speed: T| branch.of(if branch == Branch::Backward { -speed } else { speed });
@@ -108,11 +109,11 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
             if !(inside && mu > T::zero() && mu.is_finite()) {
                 let (least, most) = (to_f64(bounds.min), to_f64(bounds.max));
                 let rule = Rule::BetweenAt { least, most, place };
-                fault = fault.or(Some(refused("friction curve", mu, rule)));
+                fault = fault.or(Some(Named("friction curve", mu).refused(rule)));
             } else if !slope.is_finite() && !is_zero(speed) {
                 // Infinitely steep it may be at rest.
                 let rule = Rule::FiniteAt { place };
-                fault = fault.or(Some(refused("slope of the friction curve", slope, rule)));
+                fault = fault.or(Some(Named("slope of the friction curve", slope).refused(rule)));
             }
             if slope < steepest.1 {
                 steepest = (speed, slope);
@@ -120,7 +121,7 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
         }
         // Thirds of the interval around it; flat at the bottom, so that half the digits are all
         // of them.
-        let (mut low, mut high) = (steepest.0 * ratio, smaller(steepest.0 / ratio, fastest));
+        let (mut low, mut high) = (steepest.0 * ratio, (steepest.0 / ratio).smaller(fastest));
         for _ in 0..80 {
             let third = (high - low) / lit(3.0);
             if slope(low + third) < slope(high - third) {
@@ -129,7 +130,7 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
                 low += third;
             }
         }
-        least = smaller(least, smaller(steepest.1, slope((low + high) * lit(0.5))));
+        least = least.smaller(steepest.1.smaller(slope((low + high) * lit(0.5))));
     }
     (least, fault)
 }

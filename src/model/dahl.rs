@@ -10,7 +10,7 @@
 
 use super::{Affine, Characteristics, Form, Law, Limits, finite};
 use crate::curve::Coulomb;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::ElementBounds;
 use crate::{Bounds, Bristle, Scalar, Surface};
 
@@ -51,8 +51,8 @@ impl<T: Scalar> Dahl<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn new(parameters: DahlParameters<T>) -> Result<Self, ParameterError> {
-        let dynamic = parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?;
-        let stiffness = parameter::positive("micro_stiffness", parameters.micro_stiffness)?;
+        let dynamic = Named("dynamic_coefficient", parameters.dynamic_coefficient).positive()?;
+        let stiffness = Named("micro_stiffness", parameters.micro_stiffness).positive()?;
         Ok(Self { dynamic, stiffness, relaxation_per_speed: stiffness / dynamic })
     }
 

@@ -20,10 +20,10 @@
 use super::frbd::{Series, inverse_resistance};
 use super::{Affine, Characteristics, FrBd, Law, Limits, Linearised};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
-use crate::scalar::{is_zero, unlimited};
+use crate::scalar::is_zero;
 use crate::{Bristle, Scalar, Surface};
 
 /// The elasto-plastic FrBD model of a friction curve C, a [`KelvinVoigt`] bristle R of constant
@@ -79,9 +79,9 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
         rheology: KelvinVoigt<T, T, D>,
         stick_limit: T,
     ) -> Result<Self, ParameterError> {
-        parameter::positive("stick_limit", stick_limit)?;
-        let least = curve.bounds(unlimited()).min / rheology.storage_stiffness();
-        parameter::below("stick_limit", stick_limit, "min μ/σ0", least)?;
+        Named("stick_limit", stick_limit).positive()?;
+        let least = curve.bounds(T::unlimited()).min / rheology.storage_stiffness();
+        Named("stick_limit", stick_limit).below("min μ/σ0", least)?;
         Ok(Self { plastic: FrBd::new(curve, rheology), stick_limit })
     }
 }

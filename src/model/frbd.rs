@@ -23,10 +23,10 @@
 
 use super::{Affine, Characteristics, Form, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::smallest;
+use crate::parameter::Named;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
-use crate::scalar::{is_zero, larger, nan, unlimited};
+use crate::scalar::is_zero;
 use crate::{Bristle, Scalar, Sliding, Surface};
 
 /// An FrBD model (friction with bristle dynamics) of a friction curve C, a bristle R and a
@@ -355,7 +355,7 @@ where
             Law::Passivity => bounds.stiffness.is_constant(),
             Law::BoundedForce => bounds.stiffness.is_constant() && R::Deflection::SPRINGS == 1,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even() && bounds.even,
             Law::NoDrift => false,
         }
@@ -375,7 +375,7 @@ where
             let mu = self.curve.bounds(fastest);
             let ElementBounds { stiffness, decay, damping, constant_decay, .. } =
                 self.rheology.bounds();
-            let resistance = damping.min + least_slope(&self.curve, &self.regularisation, fastest);
+            let resistance = damping.min + self.curve.least_secant(&self.regularisation, fastest);
             // The largest eigenvalue of diag(a) + (|v|/g) 1·Kᵀ is at most max a + (|v|/g) ΣK.
             let relaxation_rate = finite(stiffness.max / resistance + decay.max);
             if R::Deflection::SPRINGS == 1 {
@@ -411,33 +411,12 @@ pub(crate) fn inverse_resistance<T: Scalar>(
     } else {
         inverse > T::zero()
     };
-    let carried = !(resistance < smallest::<T>() * smallest::<T>());
+    let carried = !(resistance < Named::<T>::smallest() * Named::<T>::smallest());
     if !admissible {
-        nan()
+        T::nan()
     } else if carried {
         inverse
     } else {
         T::zero()
-    }
-}
-
-/// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.
-pub fn least_slope<T, C, E>(curve: &C, regularisation: &E, fastest: T) -> T
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
-    let over_range = {
-        let speed = regularisation.speed(Sliding::from(fastest));
-        curve.bounds(fastest).min / speed
-    };
-    // μ ≥ dry + σ2|v| ≥ σ2|v|_ε, provided that the dry part covers σ2(|v|_ε − |v|).
-    let viscous = curve.viscous_friction();
-    let dry = curve.without_viscous_friction().bounds(fastest).min;
-    if viscous * regularisation.speed_at_rest() <= dry {
-        larger(over_range, viscous)
-    } else {
-        over_range
     }
 }

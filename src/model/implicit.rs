@@ -66,9 +66,9 @@ use solve::{Tip, UnderTip};
 
 use super::{Affine, Form, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
-use crate::scalar::{is_zero, lit, nan, unlimited};
+use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Scalar, Surface};
 
 /// The bristle with its force balance solved, of a friction curve C:
@@ -156,13 +156,13 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     pub fn new(curve: C, rheology: KelvinVoigt<T>) -> Result<Self, ParameterError> {
         let damping = rheology.elements(Branch::Forward.of(T::zero())).damping;
         let viscous = curve.viscous_friction();
-        parameter::positive("micro_damping + viscous_friction", damping + viscous)?;
-        let least_slope = curve.least_slope().unwrap_or_else(nan);
+        Named("micro_damping + viscous_friction", damping + viscous).positive()?;
+        let least_slope = curve.least_slope().unwrap_or_else(T::nan);
         // Above the roundings of the slope.
         let margin = damping + least_slope;
         let rises = margin > damping * T::default_epsilon() * lit(16.0);
         let name = "micro_damping + least slope of the curve";
-        parameter::stated(name, margin, rises, "be positive, or several tip velocities fit")?;
+        Named(name, margin).stated(rises, "be positive, or several tip velocities fit")?;
         Ok(Self { curve, rheology, least_slope })
     }
 
@@ -333,7 +333,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
         match law {
             Law::Passivity | Law::BoundedForce | Law::NoDrift | Law::SteadySliding => true,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even(),
             Law::Secant => false,
         }

@@ -11,13 +11,13 @@
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
 use super::affine::forwards;
-use super::frbd::{Series, inverse_resistance, least_slope};
+use super::frbd::{Series, inverse_resistance};
 use super::{Affine, Characteristics, Form, FrBd, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw};
-use crate::scalar::{is_zero, lit, unlimited};
+use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Scalar, Surface};
 
 /// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R of constant stiffness and a
@@ -102,7 +102,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
         rheology: KelvinVoigt<T, T, D>,
         viscous_friction: T,
     ) -> Result<Self, ParameterError> {
-        let viscous = parameter::non_negative("viscous_friction", viscous_friction)?;
+        let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
         Ok(Self { parts: FrBd::new(curve, rheology), viscous })
     }
 
@@ -195,11 +195,11 @@ where
     ///
     /// F v − Ẇ = p (σ0λz² − σ1λ z v + (σ1 + σ2)v²), with λ|z| ≤ |v| max g/min g.
     fn is_passive(&self) -> bool {
-        let g = self.curve().bounds(unlimited());
+        let g = self.curve().bounds(T::unlimited());
         let damping = self.rheology().bounds().damping;
         let exact = self.regularisation().speed_at_rest() == T::zero();
         // The cross term is covered by the two squares for every z: σ1²λ ≤ 4σ0(σ1 + σ2).
-        let slope = least_slope(self.curve(), self.regularisation(), unlimited());
+        let slope = self.curve().least_secant(self.regularisation(), T::unlimited());
         let by_squares =
             damping.max * damping.max <= lit::<T>(4.0) * slope * (damping.min + self.viscous);
         // Or by the damping alone for |z| ≤ max g/σ0: σ1(max g/min g) ≤ σ1 + σ2.
@@ -311,7 +311,7 @@ where
             Law::Secant | Law::BoundedForce => self.is_undamped(),
             Law::Passivity => self.is_passive(),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.parts.obeys(law),
             Law::NoDrift => false,
         }
@@ -321,7 +321,7 @@ where
         let damping = self.rheology().bounds().damping;
         let inside = self.curve().viscous_friction() > T::zero();
         let name = if inside { "LuGre, viscous part inside g" } else { "classical LuGre" };
-        let g = self.curve().bounds(unlimited());
+        let g = self.curve().bounds(T::unlimited());
         // Necessary and sufficient for a constant σ1 and an exact modulus, where g is bounded.
         let applies = damping.is_constant() && is_zero(self.regularisation().speed_at_rest());
         let needed = finite(damping.max * (g.max - g.min) / g.min).filter(|_| applies);
@@ -337,7 +337,7 @@ where
         Limits::up_to(fastest, |fastest| {
             let g = self.curve().bounds(fastest);
             let stiffness = self.parts.storage_stiffness();
-            let slope = least_slope(self.curve(), self.regularisation(), fastest);
+            let slope = self.curve().least_secant(self.regularisation(), fastest);
             Limits {
                 deflection: finite(g.max / stiffness),
                 coefficient: if self.is_undamped() { finite(g.max) } else { None },

@@ -20,7 +20,6 @@ pub use characteristics::Characteristics;
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::ElastoPlastic;
 pub use frbd::FrBd;
-pub use frbd::least_slope;
 pub use implicit::ImplicitBristle;
 pub use law::Law;
 pub use lugre::LuGre;

@@ -24,12 +24,14 @@ impl<T> Clone for OwnModel<T> {
 
 /// Declares [`Bristle`] as a trait object, and passes every method to it and back.
 macro_rules! erased {
-    ($($name:ident($($argument:ident: $type:ty),*) -> $answer:ty;)*) => {
+    (
+        { $($name:ident($($argument:ident: $type:ty),*) -> $answer:ty;)* }
+        surface { $($at:ident($($number:ident),*) -> $found:ty;)* }
+    ) => {
         trait Erased<T>: Debug + Send + Sync {
             fn cloned(&self) -> Box<dyn Erased<T>>;
-            $(fn $name(&self, $($argument: $type),*) -> $answer
-            where
-                T: Scalar;)*
+            $(fn $name(&self, $($argument: $type),*) -> $answer where T: Scalar;)*
+            $(fn $at(&self, surface: Surface<T>, $($number: T),*) -> $found where T: Scalar;)*
         }
 
         impl<T: Scalar, M> Erased<T> for M
@@ -43,53 +45,43 @@ macro_rules! erased {
             $(fn $name(&self, $($argument: $type),*) -> $answer {
                 Bristle::$name(self, $($argument),*)
             })*
+
+            $(fn $at(&self, surface: Surface<T>, $($number: T),*) -> $found {
+                Bristle::$at(self, surface, $($number),*)
+            })*
+        }
+
+        impl<T: Scalar> Bristle<T> for OwnModel<T> {
+            type Deflection = T;
+
+            $(fn $name(&self, $($argument: $type),*) -> $answer {
+                self.0.$name($($argument),*)
+            })*
+
+            $(fn $at(&self, surface: impl Into<Surface<T>>, $($number: T),*) -> $found {
+                self.0.$at(surface.into(), $($number),*)
+            })*
         }
     };
 }
 
 erased! {
-    affine(surface: Surface<T>, deflection: T) -> Affine<T>;
-    affine_and_slopes(surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>);
-    stationary(surface: Surface<T>) -> T;
-    stationary_coefficient(surface: Surface<T>) -> T;
-    storage_stiffness() -> T;
-    holding_coefficient(surface: Surface<T>, carried: T) -> T;
-    form() -> Form;
-    name() -> &'static str;
-    obeys(law: Law) -> bool;
-    limits(fastest: T) -> Limits<T>;
-    characteristics(fastest: T) -> Option<Characteristics<T>>;
-    linearised(surface: Surface<T>, deflection: T) -> Linearised<T>;
-    steady_linearised(surface: Surface<T>) -> Linearised<T>;
-    hold(surface: Surface<T>, deflection: T, duration: T) -> HeldStep<T>;
-}
-
-/// Calls the model behind the pointer; an `impl Into<Surface>` is one by then.
-macro_rules! passed_on {
-    ($($name:ident($($argument:ident: $type:ty),*) -> $answer:ty;)*) => {
-        $(fn $name(&self, $($argument: $type),*) -> $answer {
-            self.0.$name($($argument.into()),*)
-        })*
-    };
-}
-
-impl<T: Scalar> Bristle<T> for OwnModel<T> {
-    type Deflection = T;
-
-    passed_on! {
+    {
         affine(surface: Surface<T>, deflection: T) -> Affine<T>;
         affine_and_slopes(surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>);
-        stationary(surface: impl Into<Surface<T>>) -> T;
-        stationary_coefficient(surface: impl Into<Surface<T>>) -> T;
         storage_stiffness() -> T;
         holding_coefficient(surface: Surface<T>, carried: T) -> T;
-    form() -> Form;
+        form() -> Form;
         name() -> &'static str;
         obeys(law: Law) -> bool;
         limits(fastest: T) -> Limits<T>;
         characteristics(fastest: T) -> Option<Characteristics<T>>;
-        linearised(surface: impl Into<Surface<T>>, deflection: T) -> Linearised<T>;
-        steady_linearised(surface: impl Into<Surface<T>>) -> Linearised<T>;
-        hold(surface: impl Into<Surface<T>>, deflection: T, duration: T) -> HeldStep<T>;
+    }
+    surface {
+        stationary() -> T;
+        stationary_coefficient() -> T;
+        linearised(deflection) -> Linearised<T>;
+        steady_linearised() -> Linearised<T>;
+        hold(deflection, duration) -> HeldStep<T>;
     }
 }

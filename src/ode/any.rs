@@ -13,7 +13,7 @@ use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
 use super::tolerance::ToleranceRange;
 use super::{Automatic, DormandPrince, DormandPrince8, Rodas4, Rodas5P, RungeKutta4};
 use crate::Scalar;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::ParameterError;
 
 /// A method chosen at run time, with the steps of the method itself to the last bit.
 ///
@@ -86,7 +86,7 @@ impl FromStr for AnyMethod {
         named.map(|(_, method)| *method).ok_or_else(|| {
             let takes = "a method is automatic, dormand_prince, dormand_prince8, rodas4, rodas5p \
                          or runge_kutta4";
-            parameter::chosen("another name", takes)
+            ParameterError::chosen("another name", takes)
         })
     }
 }
@@ -112,7 +112,7 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
     fn check_adaptive(&self) -> Result<(), ParameterError> {
         if *self == Self::RungeKutta4 {
             let takes = "adaptive steps take a method with an error estimate";
-            return Err(parameter::chosen("runge_kutta4", takes));
+            return Err(ParameterError::chosen("runge_kutta4", takes));
         }
         Ok(())
     }

@@ -26,7 +26,7 @@ use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
 use super::tolerance::ToleranceRange;
 use super::{DormandPrince, DormandPrince8, Rodas5P};
 use crate::Scalar;
-use crate::scalar::{lit, smaller, to_f64};
+use crate::scalar::{lit, to_f64};
 
 /// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. For a
 /// single state, as of a bristle at a given velocity, and loose steps, [`DormandPrince`] is the
@@ -200,7 +200,7 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
             Turn::Fifth => DormandPrince::REAL_LIMIT,
             _ => DormandPrince8::REAL_LIMIT,
         };
-        Some(smaller(proposed, length * lit(limit * 0.8 / reach)))
+        Some(proposed.smaller(length * lit(limit * 0.8 / reach)))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 use crate::root::enclose;
-use crate::scalar::{larger, lit, smaller};
+use crate::scalar::lit;
 
 /// A place in a step, and the speed there: positive in the direction of sliding.
 pub(crate) type SpeedAt<T> = (T, T);
@@ -80,7 +80,7 @@ impl<T: Scalar> Search<T> {
             if least.is_none_or(|least| sight.1 < least) {
                 (least, lowest) = (Some(sight.1), index);
             }
-            most = larger(most, sight.1);
+            most = most.larger(sight.1);
         }
         let least = least?;
         if !(least < (most - least) * lit(CLOSE)) {
@@ -110,7 +110,7 @@ impl<T: Scalar> Search<T> {
             let vertex = (t0 + t1 - first / bend) * half;
             let lowest = v1 - bend * (t1 - vertex) * (t1 - vertex);
             // A parabola above half of the least value known is taken for what it is.
-            let least = smaller(smaller(v0, v1), v2);
+            let least = v0.smaller(v1).smaller(v2);
             if !(vertex > t0 && vertex < t2 && lowest < least * half) {
                 return None;
             }

@@ -12,7 +12,7 @@ use super::failure::StopReason;
 use super::integration::Integration;
 use super::stepper::Method;
 use crate::Scalar;
-use crate::scalar::{larger, lit};
+use crate::scalar::lit;
 
 /// Steps that fail in a row.
 const FAILURES: u32 = 4;
@@ -77,7 +77,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         let part = T::default_epsilon().sqrt();
         let mut beside = state;
         for i in 0..N {
-            let size = larger(self.scales[i].abs(), state[i].abs());
+            let size = self.scales[i].abs().larger(state[i].abs());
             beside[i] += size * part * self.derivatives.number::<T>();
         }
         let apart = beside - state;

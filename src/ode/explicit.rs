@@ -23,7 +23,7 @@ use nalgebra::{SMatrix, SVector};
 use super::dense_output::DenseOutput;
 use super::stepper::{Field, Point, Stepper, TrialStep};
 use crate::Scalar;
-use crate::scalar::{lit, smaller};
+use crate::scalar::lit;
 
 /// The coefficients of an explicit Runge–Kutta method.
 pub(crate) trait ExplicitTableau: Debug + Copy {
@@ -305,7 +305,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         let proposed = proposed?;
         // The further stages of a dense output enlarge fast motions that have died out.
         let is_held = B::STAGES + 1 < S && self.is_held_by_stability(end, step);
-        Some(if is_held { smaller(proposed, step.abs() * lit(HELD)) } else { proposed })
+        Some(if is_held { proposed.smaller(step.abs() * lit(HELD)) } else { proposed })
     }
 }
 

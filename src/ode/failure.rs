@@ -5,7 +5,7 @@ use core::fmt;
 use nalgebra::SVector;
 
 use super::Statistics;
-use crate::number::number;
+use crate::number::Number;
 use crate::{ParameterError, Scalar};
 
 /// Why an integration stopped.
@@ -116,7 +116,7 @@ impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.reason {
             StopReason::Refused(refused) => write!(f, "the integration did not start: {refused}"),
-            reason => write!(f, "integration stopped at t = {} s: {reason}", number(self.time)),
+            reason => write!(f, "integration stopped at t = {} s: {reason}", Number::of(self.time)),
         }
     }
 }

@@ -21,7 +21,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::Scalar;
-use crate::scalar::{larger, lit, to_f64};
+use crate::scalar::{lit, to_f64};
 
 /// The estimated error of a run so far.
 #[derive(Debug, Clone, Copy)]
@@ -69,7 +69,7 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
         let signed = if along < T::zero() { -size } else { size };
         self.error = grown + error * signed;
         for i in 0..N {
-            self.allowed[i] = larger(self.allowed[i], allowed[i]);
+            self.allowed[i] = self.allowed[i].larger(allowed[i]);
             let part = to_f64((self.error[i] / self.allowed[i]).abs());
             if !(part <= self.greatest) {
                 self.greatest = if part.is_finite() { part } else { f64::INFINITY };

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::stepper::{Field, Point};
 use super::{Linearisation, Statistics, System};
-use crate::scalar::{larger, lit, smaller};
+use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
 /// The earliest and the latest time of a smooth stretch \[s\].
@@ -25,7 +25,7 @@ impl<T: Scalar, S, const N: usize, const K: usize> Locked<'_, T, S, N, K> {
     #[inline(always)]
     fn within(&self, time: T) -> T {
         let (earliest, latest) = self.interval;
-        smaller(larger(time, earliest), latest)
+        time.larger(earliest).smaller(latest)
     }
 }
 
@@ -69,9 +69,9 @@ impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Locked<'_, T
         // Towards the side on which there is room, and nowhere if there is none.
         let (earliest, latest) = self.interval;
         let room = if latest - time > time - earliest { latest } else { earliest };
-        let reach = part * larger(time.abs(), (latest - earliest).abs());
+        let reach = part * time.abs().larger((latest - earliest).abs());
         let most = (room - time) * lit(0.5);
-        let apart = if most > reach { reach } else { larger(most, -reach) };
+        let apart = if most > reach { reach } else { most.larger(-reach) };
         let later = time + apart;
         let by_time = (self.rate(later, state) - rate) / (later - time);
         let known = by_time.iter().all(|change| change.is_finite());
@@ -88,7 +88,7 @@ impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Locked<'_, T
         let part = T::default_epsilon().sqrt();
         let mut by_state = SMatrix::<T, N, N>::zeros();
         for j in 0..N {
-            let reach = part * larger(self.scales[j].abs(), state[j].abs());
+            let reach = part * self.scales[j].abs().larger(state[j].abs());
             // The other side where the field ends.
             for reach in [reach, -reach] {
                 let mut beside = *state;

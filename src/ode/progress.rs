@@ -5,8 +5,8 @@ use super::controller::Controller;
 use super::failure::StopReason;
 use super::statistics::Statistics;
 use crate::Scalar;
-use crate::parameter::{self, ParameterError};
-use crate::scalar::{larger, lit, smaller, to_f64};
+use crate::parameter::{Named, ParameterError};
+use crate::scalar::{lit, to_f64};
 
 /// A time \[s\] below any that matters, for the rounding of times near zero.
 const INSTANT: f64 = 1e-30;
@@ -35,13 +35,13 @@ impl<T: Scalar> StepControl<T> {
     pub(crate) fn limited(mut self, limit: Option<T>) -> Self {
         if let Some(limit) = limit.filter(|limit| *limit > T::zero()) {
             let before = self.largest_step.unwrap_or(limit);
-            self.largest_step = Some(smaller(before, limit));
+            self.largest_step = Some(before.smaller(limit));
         }
         self
     }
 
     pub(crate) fn fixed(step: T) -> Result<Self, ParameterError> {
-        Ok(Self { fixed_step: Some(parameter::positive("step", step)?), ..Self::adaptive() })
+        Ok(Self { fixed_step: Some(Named("step", step).positive()?), ..Self::adaptive() })
     }
 }
 
@@ -107,13 +107,13 @@ impl<T: Scalar> Progress<T> {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let is_long = self.span() >= lit(INSTANT) || self.start_time == self.end_time;
         let rule = "be span.start, or at least 1e-30 s away from it";
-        parameter::stated("span.end", self.end_time, is_long, rule)?;
+        Named("span.end", self.end_time).stated(is_long, rule)?;
         // A span that is one rounding of the time long is one step.
-        let least = smaller(self.smallest_step(), self.span());
+        let least = self.smallest_step().smaller(self.span());
         let StepControl { first_step, largest_step, .. } = self.control;
         for (name, step) in [("first_step", first_step), ("largest_step", largest_step)] {
             if let Some(step) = step.filter(|_| self.is_adaptive()) {
-                parameter::at_least(name, step, "the smallest that advances the time", least)?;
+                Named(name, step).at_least("the smallest that advances the time", least)?;
             }
         }
         Ok(())
@@ -121,7 +121,7 @@ impl<T: Scalar> Progress<T> {
 
     /// Sets the length of the first step: as given, or a guess.
     pub(crate) fn start(&mut self, length: T) -> Result<(), StopReason> {
-        let late = larger(self.start_time.abs(), self.end_time.abs());
+        let late = self.start_time.abs().larger(self.end_time.abs());
         let is_too_small = length < self.span() && length < self.rounding(late);
         if is_too_small && !self.is_adaptive() {
             return Err(self.too_small());
@@ -129,7 +129,7 @@ impl<T: Scalar> Progress<T> {
         // A guess may be shorter than what advances the time.
         let is_guess = self.given_length().is_none();
         let least = if is_guess { self.smallest_step() * lit(2.0) } else { T::zero() };
-        self.propose(Some(larger(length, least)));
+        self.propose(Some(length.larger(least)));
         self.limit_length(self.span());
         Ok(())
     }
@@ -164,7 +164,7 @@ impl<T: Scalar> Progress<T> {
 
     /// Limits the length of the next trial.
     pub(crate) fn limit_length(&mut self, most: T) {
-        self.length = smaller(self.length, most);
+        self.length = self.length.smaller(most);
     }
 
     /// The smallest step that surely advances the time.
@@ -293,21 +293,21 @@ impl<T: Scalar> Progress<T> {
         self.statistics.steps += 1;
         if let Some(step) = self.control.fixed_step {
             // After a trial shortened at a pole of the field: back to the grid in doublings.
-            self.length = smaller(step, self.length * lit(2.0));
+            self.length = step.smaller(self.length * lit(2.0));
             self.controller = Controller::new();
             return None;
         }
         let proposed = tried * lit(self.controller.accepted(square, order));
-        let proposed = if cut_short { larger(self.length, proposed) } else { proposed };
+        let proposed = if cut_short { self.length.larger(proposed) } else { proposed };
         // Only a trial that is rejected tells why none succeeds.
-        Some(larger(proposed, self.smallest_step() * lit(2.0)))
+        Some(proposed.larger(self.smallest_step() * lit(2.0)))
     }
 
     /// Sets the length of the next step, if one is given.
     pub(crate) fn propose(&mut self, length: Option<T>) {
         let Some(length) = length else { return };
         self.length = match self.control.largest_step {
-            Some(largest) if self.is_adaptive() => smaller(length, largest),
+            Some(largest) if self.is_adaptive() => length.smaller(largest),
             _ => length,
         };
     }

@@ -7,7 +7,6 @@ use super::integration::{Integration, is_finite};
 use super::stepper::{Field, Point, TrialStep};
 use super::{Method, System};
 use crate::Scalar;
-use crate::scalar::{larger, smaller};
 
 impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
     Integration<'_, T, S, M, N, K>
@@ -45,7 +44,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         if self.progress.statistics.jacobians > 0 {
             // Or the one whose derivatives did.
             let end = self.progress.end_time;
-            let (_, mut field, _) = self.parts((smaller(time, end), larger(time, end)));
+            let (_, mut field, _) = self.parts((time.smaller(end), time.larger(end)));
             let tangent = field.linearised(time, &state);
             check_finite(&tangent.by_time)?;
             for column in tangent.by_state.column_iter() {

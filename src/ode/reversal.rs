@@ -4,7 +4,7 @@ use super::System;
 use super::crossing::{Crossing, Search};
 use super::step::Step;
 use super::stepper::Point;
-use crate::scalar::{larger, lit, smaller};
+use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
 /// A velocity on the wrong side of zero by less than this part of the error that its tolerances
@@ -75,28 +75,28 @@ impl<T: Scalar> ContactBranch<T> {
     /// it turns this way, which may differ from that of the other way.
     pub(super) fn likely(&self, proposed: T) -> T {
         let before = self.firsts[usize::from(self.branch == Branch::Backward)];
-        if before > T::zero() { smaller(proposed, before * lit(AGAIN)) } else { proposed }
+        if before > T::zero() { proposed.smaller(before * lit(AGAIN)) } else { proposed }
     }
 
     /// Takes note of the sliding velocity at the current point.
     pub(super) fn update(&mut self, velocity: T) {
         self.ahead = self.branch.of(velocity).speed();
         self.left = T::zero();
-        self.greatest = larger(self.greatest, velocity.abs());
+        self.greatest = self.greatest.larger(velocity.abs());
     }
 
     /// Takes note of the sliding velocity where the contact has just been locked, and of the error
     /// that the tolerances allow it.
     pub(super) fn begin(&mut self, velocity: T, error: T) {
         self.update(velocity);
-        self.left = larger(-self.ahead, T::zero());
+        self.left = (-self.ahead).larger(T::zero());
         let rounding = self.greatest * T::default_epsilon() * lit(4.0);
-        self.noise = larger(error * lit(NOISE), rounding);
+        self.noise = (error * lit(NOISE)).larger(rounding);
     }
 
     /// Whether a step cut at a reversal has reached it, from what was known at its start.
     pub(super) fn reaches_zero(&self, start: &Self) -> bool {
-        self.ahead <= larger(self.noise, start.ahead * lit(NEARLY))
+        self.ahead <= self.noise.larger(start.ahead * lit(NEARLY))
     }
 
     /// Turns to the other direction, after a step cut to a fraction of its trial.
@@ -154,8 +154,8 @@ pub(super) fn surely_none<T: Scalar, const N: usize, const K: usize>(
             (beside * lit(18.0) - near * lit(5.0) - beyond * lit(9.0) + far * lit(2.0)) * sixth
         };
         let (b1, b2) = (control(v0, v1, v2, v3), control(v3, v2, v1, v0));
-        let least = smaller(smaller(v0, b1), smaller(b2, v3));
-        let most = larger(larger(v0, b1), larger(b2, v3));
+        let least = v0.smaller(b1).smaller(b2.smaller(v3));
+        let most = v0.larger(b1).larger(b2.larger(v3));
         let is_far = least > lock.noise && least > most * lit(CLOSE);
         let is_known = (early + late + last).is_finite();
         is_known && (is_far || lock.branch == Branch::Free)
@@ -191,7 +191,7 @@ pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
             // On the wrong side by noise, or in the first step by the inexact place of the
             // reversal. To forgive more would keep a creeping contact on the wrong branch for ever,
             // where the bristle is driven beyond every limit.
-            forgiven: larger(lock.noise, lock.left * lit(2.0)),
+            forgiven: lock.noise.larger(lock.left * lit(2.0)),
             tolerance: T::default_epsilon() * lit(4.0),
             shortest: smallest_step * lit(4.0) / duration,
         };

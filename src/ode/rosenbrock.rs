@@ -19,7 +19,7 @@ use super::explicit::{combine, entry, for_each_stage, row};
 use super::stepper::{Field, Point, Stepper, TrialStep};
 use super::system::Linearisation;
 use crate::Scalar;
-use crate::scalar::{lit, nan};
+use crate::scalar::lit;
 
 /// The coefficients of a Rosenbrock method.
 pub(crate) trait RosenbrockTableau: Debug + Copy {
@@ -194,7 +194,7 @@ fn factorised<T: Scalar, const N: usize>(
         let before = shift.abs() + jacobian[(k, k)].abs();
         let pivot = lu[(k, k)];
         let sound = pivot.abs() > before * lit(WORN);
-        let inverse = if sound { T::one() / pivot } else { nan() };
+        let inverse = if sound { T::one() / pivot } else { T::nan() };
         lu[(k, k)] = inverse;
         for i in k + 1..N {
             let multiplier = lu[(i, k)] * inverse;

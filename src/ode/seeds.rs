@@ -20,7 +20,7 @@ use nalgebra::{SMatrix, SVector};
 use super::controller::rough_power;
 use super::growth::Exponential;
 use crate::Scalar;
-use crate::scalar::{larger, lit, to_f64};
+use crate::scalar::{lit, to_f64};
 
 /// A step longer by this factor than the one looked at last is looked at, too.
 const LONGER: f64 = 1.5;
@@ -146,7 +146,7 @@ fn norm<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>, scales: &SVector<T
     let mut most = T::zero();
     for i in 0..N {
         let row = (0..N).fold(T::zero(), |sum, j| sum + matrix[(i, j)].abs() * scales[j]);
-        most = larger(most, row / scales[i]);
+        most = most.larger(row / scales[i]);
     }
     most
 }

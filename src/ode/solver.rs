@@ -15,7 +15,7 @@ use super::stepper::{Method, Stepper};
 use super::tolerance::check;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{Named, ParameterError, Rule};
 
 /// An attempt whose errors have grown to so many times their limit is followed by one with steps so
 /// much tighter, and this much more.
@@ -138,7 +138,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a limit that is not positive.
     pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
-        self.control.largest_step = Some(parameter::positive("largest_step", largest)?);
+        self.control.largest_step = Some(Named("largest_step", largest).positive()?);
         Ok(self)
     }
 
@@ -148,7 +148,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn with_first_step(mut self, first: T) -> Result<Self, ParameterError> {
-        self.control.first_step = Some(parameter::positive("first_step", first)?);
+        self.control.first_step = Some(Named("first_step", first).positive()?);
         Ok(self)
     }
 
@@ -176,11 +176,11 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         if self.tolerances.is_some() {
             self.method.check_adaptive().map_err(refuse)?;
         }
-        parameter::finite("span.start", span.start).map_err(refuse)?;
-        parameter::finite("span.end", span.end).map_err(refuse)?;
+        Named("span.start", span.start).finite().map_err(refuse)?;
+        Named("span.end", span.end).finite().map_err(refuse)?;
         for (index, &value) in initial_state.iter().enumerate() {
-            let checked = parameter::finite("initial_state", value);
-            parameter::component(index, checked).map_err(refuse)?;
+            let checked = Named("initial_state", value).finite();
+            ParameterError::of_component(index, checked).map_err(refuse)?;
         }
         let span = (span.start, span.end);
         Integration::new(*self, system, span, initial_state)

@@ -8,7 +8,7 @@ use super::failure::StopReason;
 use super::integration::Integration;
 use super::rejection::check_finite;
 use super::stepper::{Method, Point};
-use crate::scalar::{is_zero, larger, lit, smaller, to_f64};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Scalar};
 
 impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
@@ -76,17 +76,17 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         let (tiny, span): (T, T) = (lit(1e-5), self.progress.span());
         let guess = if size > tiny && speed > tiny { size / speed * lit(0.01) } else { T::zero() };
         let fallback = span * lit(1e-6);
-        let guess = smaller(if guess > T::zero() { guess } else { fallback }, span);
+        let guess = (if guess > T::zero() { guess } else { fallback }).smaller(span);
         let signed = guess * self.progress.direction();
         let later = self.evaluate(time + signed, &(state + rate * signed));
         let bend = norm(&(later - rate)) / guess;
-        let most = larger(speed, bend);
+        let most = speed.larger(bend);
         let by_rate = if most > lit(1e-15) {
             lit::<T>(rough_power(to_f64(most) * 100.0, -0.2))
         } else {
             guess * lit(1e3)
         };
-        let step = smaller(guess * lit(100.0), by_rate);
+        let step = (guess * lit(100.0)).smaller(by_rate);
         if step.is_finite() && step > T::zero() { step } else { fallback }
     }
 }

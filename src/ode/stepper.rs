@@ -9,7 +9,7 @@ use super::system::Linearisation;
 use super::tolerance::ToleranceRange;
 use crate::Scalar;
 use crate::parameter::ParameterError;
-use crate::scalar::{larger, to_f64};
+use crate::scalar::to_f64;
 
 /// The right-hand side on locked branches, as a method sees it: smooth, and its calls counted.
 pub(crate) trait Field<T: Scalar, const N: usize> {
@@ -68,7 +68,7 @@ impl<T: Scalar, const N: usize> TrialStep<T, N> {
     pub(super) fn mean_square(&self, at_start: &SVector<T, N>, at_end: &SVector<T, N>) -> f64 {
         let (mut fine, mut coarse) = (T::zero(), T::zero());
         for i in 0..N {
-            let inverse = T::one() / larger(at_start[i], at_end[i]);
+            let inverse = T::one() / at_start[i].larger(at_end[i]);
             let ratio = self.error[i] * inverse;
             fine += ratio * ratio;
             if let Some(error) = &self.coarse_error {

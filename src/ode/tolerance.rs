@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use crate::Scalar;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::{lit, to_f64};
 
 /// Smallest relative tolerance over the rounding ε of the scalar type. The sums of one step round
@@ -86,10 +86,10 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     /// scalar type would exceed: below 10 ε, that is 2·10⁻¹⁵ in `f64` and 1.2·10⁻⁶ in `f32`.
     pub fn new(relative: SVector<T, N>, absolute: SVector<T, N>) -> Result<Self, ParameterError> {
         for (index, &value) in relative.iter().enumerate() {
-            parameter::component(index, check("relative", value))?;
+            ParameterError::of_component(index, check("relative", value))?;
         }
         for (index, &value) in absolute.iter().enumerate() {
-            parameter::component(index, parameter::positive("absolute", value))?;
+            ParameterError::of_component(index, Named("absolute", value).positive())?;
         }
         Ok(Self { relative, absolute })
     }
@@ -103,7 +103,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     pub fn scaled(relative: T, scales: SVector<T, N>) -> Result<Self, ParameterError> {
         check("relative", relative)?;
         for (index, &scale) in scales.iter().enumerate() {
-            parameter::component(index, parameter::positive("scales", scale))?;
+            ParameterError::of_component(index, Named("scales", scale).positive())?;
         }
         Self::new(SVector::repeat(relative), scales * relative)
     }
@@ -174,7 +174,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
 /// Checks a relative tolerance.
 pub(super) fn check<T: Scalar>(name: &'static str, relative: T) -> Result<T, ParameterError> {
     let least = lit::<T>(LEAST) * T::default_epsilon();
-    parameter::positive(name, relative)?;
-    parameter::at_most(name, relative, "a tenth", lit(MOST))?;
-    parameter::at_least(name, relative, "ten roundings of the scalar", least)
+    Named(name, relative).positive()?;
+    Named(name, relative).at_most("a tenth", lit(MOST))?;
+    Named(name, relative).at_least("ten roundings of the scalar", least)
 }

@@ -13,7 +13,7 @@ use super::step::Step;
 use super::stepper::Method;
 use super::{Statistics, Summary, System};
 use crate::Scalar;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{Named, ParameterError, Rule};
 use crate::scalar::lit;
 
 /// Which points of a solution to store.
@@ -288,8 +288,8 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
 
     /// Checks the output, and makes room for it.
     fn check(&mut self) -> Result<(), ParameterError> {
-        parameter::finite("span.start", self.span.start)?;
-        parameter::finite("span.end", self.span.end)?;
+        Named("span.start", self.span.start).finite()?;
+        Named("span.end", self.span.end).finite()?;
         let forward = self.span.end >= self.span.start;
         match self.output {
             Output::Uniform(samples) => {
@@ -303,10 +303,11 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
                     let before = if index == 0 { "span.start" } else { "the time before" };
                     let (first, last) = ((before, previous), ("span.end", self.span.end));
                     let (least, most) = if forward { (first, last) } else { (last, first) };
-                    let checked = parameter::finite("times", time)
-                        .and_then(|_| parameter::at_least("times", time, least.0, least.1))
-                        .and_then(|_| parameter::at_most("times", time, most.0, most.1));
-                    parameter::component(index, checked)?;
+                    let checked = Named("times", time)
+                        .finite()
+                        .and_then(|_| Named("times", time).at_least(least.0, least.1))
+                        .and_then(|_| Named("times", time).at_most(most.0, most.1));
+                    ParameterError::of_component(index, checked)?;
                     previous = time;
                 }
                 Ok(())

@@ -35,28 +35,16 @@ macro_rules! of_the_regularisation {
 }
 
 impl<T: Scalar> Regularisation<T> for AnyRegularisation<T> {
-    #[inline(always)]
-    fn speed(&self, sliding: Sliding<T>) -> T {
-        of_the_regularisation!(self, modulus => modulus.speed(sliding))
-    }
-
-    #[inline(always)]
-    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        of_the_regularisation!(self, modulus => modulus.speed_and_slope(sliding))
-    }
-
-    #[inline]
-    fn sign(&self, sliding: Sliding<T>) -> T {
-        of_the_regularisation!(self, modulus => modulus.sign(sliding))
-    }
-
-    #[inline]
-    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        of_the_regularisation!(self, modulus => modulus.sign_and_slope(sliding))
-    }
-
-    fn speed_at_rest(&self) -> T {
-        of_the_regularisation!(self, modulus => modulus.speed_at_rest())
+    passed_on! { of_the_regularisation:
+        #[inline(always)]
+        speed(sliding: Sliding<T>) -> T;
+        #[inline(always)]
+        speed_and_slope(sliding: Sliding<T>) -> (T, T);
+        #[inline]
+        sign(sliding: Sliding<T>) -> T;
+        #[inline]
+        sign_and_slope(sliding: Sliding<T>) -> (T, T);
+        speed_at_rest() -> T;
     }
 }
 
@@ -66,14 +54,7 @@ impl<T> From<Unregularised> for AnyRegularisation<T> {
     }
 }
 
-impl<T> From<SquareRoot<T>> for AnyRegularisation<T> {
-    fn from(modulus: SquareRoot<T>) -> Self {
-        Self::SquareRoot(modulus)
-    }
-}
-
-impl<T> From<HyperbolicTangent<T>> for AnyRegularisation<T> {
-    fn from(modulus: HyperbolicTangent<T>) -> Self {
-        Self::HyperbolicTangent(modulus)
-    }
+holds! { AnyRegularisation:
+    SquareRoot(SquareRoot<T>)
+    HyperbolicTangent(HyperbolicTangent<T>)
 }

@@ -5,7 +5,7 @@
 //! P. Salvini, P. P. Valentini, "Review and comparison of dry friction force models", Nonlinear
 //! Dynamics 83 (2016), 1785–1801.
 
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::regularisation::Regularisation;
 use crate::scalar::lit;
 use crate::{Scalar, Sliding};
@@ -32,7 +32,7 @@ impl<T: Scalar> HyperbolicTangent<T> {
     ///
     /// Refuses a v_t that is not positive.
     pub fn new(threshold_velocity: T) -> Result<Self, ParameterError> {
-        Ok(Self { threshold: parameter::positive("threshold_velocity", threshold_velocity)? })
+        Ok(Self { threshold: Named("threshold_velocity", threshold_velocity).positive()? })
     }
 
     /// The threshold velocity v_t [m/s].

@@ -2,7 +2,7 @@
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section II-B.
 
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::regularisation::Regularisation;
 use crate::{Scalar, Sliding};
 
@@ -28,7 +28,7 @@ impl<T: Scalar> SquareRoot<T> {
     ///
     /// Refuses an ε that is not positive.
     pub fn new(regularisation: T) -> Result<Self, ParameterError> {
-        Ok(Self { epsilon: parameter::positive("regularisation", regularisation)? })
+        Ok(Self { epsilon: Named("regularisation", regularisation).positive()? })
     }
 
     /// The regularisation parameter ε [m²/s²].

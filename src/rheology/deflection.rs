@@ -7,7 +7,6 @@ use nalgebra::{SMatrix, SVector};
 
 use super::{Modes, Weights};
 use crate::Scalar;
-use crate::scalar::larger;
 
 /// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
 /// springs. Only these two implement it.
@@ -48,7 +47,7 @@ pub trait Deflection<T: Scalar>:
     fn largest(self) -> T {
         let mut most = T::zero();
         let _ = self.each(|x| {
-            most = larger(x.abs(), most);
+            most = x.abs().larger(most);
             x
         });
         most

@@ -36,9 +36,9 @@ use nalgebra::{SMatrix, SVector};
 
 use super::modes::{Pole, root};
 use super::{ElementBounds, Elements, GeneralisedMaxwell, KelvinVoigtParameters, MaxwellArm};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::Rheology;
-use crate::scalar::{is_zero, larger};
+use crate::scalar::is_zero;
 use crate::{Scalar, Sliding};
 
 /// Springs in a row, each with a dashpot beside it; the first may be a spring alone.
@@ -80,7 +80,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
         let given = elements;
         let elements = elements.map(|element| (element.micro_stiffness, element.micro_damping));
         let (zero, one) = (T::zero(), T::one());
-        parameter::count("elements", N, 1)?;
+        Named("elements", N).count(1)?;
         check(&elements)?;
         let springs = elements.iter().take_while(|element| is_zero(element.1)).count();
         // Retardation rates pⱼ, increasing, of the elements with a dashpot, from the last to the
@@ -93,7 +93,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
             *pole = Pole { rate: stiffness / damping, weight: one / damping };
         }
         let instant = elements.first().filter(|_| springs > 0).map(|element| element.0);
-        let most = |of: fn(&Pole<T>) -> T| poles.iter().fold(zero, |most, p| larger(most, of(p)));
+        let most = |of: fn(&Pole<T>) -> T| poles.iter().fold(zero, |most, p| most.larger(of(p)));
         let unit = most(|pole| pole.rate);
         let (scale, constant) = match instant {
             Some(stiffness) => (stiffness / unit, one),
@@ -128,11 +128,12 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
                 slope += softness / gap;
                 *compliance = -softness;
             }
-            let checked =
-                |name, value| parameter::component(index + 1, parameter::positive(name, value));
+            let checked = |name, value| {
+                ParameterError::of_component(index + 1, Named(name, value).positive())
+            };
             arm.stiffness = checked("equivalent stiffness", one / (decay * slope))?;
             arm.series_damping = Some(checked("equivalent damping", arm.stiffness / decay)?);
-            parameter::component(index + 1, arm.check_decay())?;
+            ParameterError::of_component(index + 1, arm.check_decay())?;
         }
         let damping = if instant.is_some() {
             zero
@@ -184,13 +185,13 @@ impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedKelvinVoigt<T, N> {
 fn check<T: Scalar>(elements: &[(T, T)]) -> Result<(), ParameterError> {
     let mut last = None;
     for (j, &(stiffness, damping)) in elements.iter().enumerate() {
-        parameter::component(j, parameter::positive("micro_stiffness", stiffness))?;
-        parameter::component(j, parameter::non_negative("micro_damping", damping))?;
+        ParameterError::of_component(j, Named("micro_stiffness", stiffness).positive())?;
+        ParameterError::of_component(j, Named("micro_damping", damping).non_negative())?;
         // Behind the first element it must be positive, too: the times increase.
         let time = damping / stiffness;
         if let Some(last) = last {
             let name = "retardation time";
-            parameter::component(j, parameter::increasing(name, time, last))?;
+            ParameterError::of_component(j, Named(name, time).increasing(last))?;
         }
         last = Some(time);
     }

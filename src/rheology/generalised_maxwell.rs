@@ -51,7 +51,7 @@ use core::hint::black_box;
 use nalgebra::SVector;
 
 use super::{ElementBounds, Elements, VelocityLaw};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::Rheology;
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
@@ -76,7 +76,7 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
         stiffness: &'static str,
         damping: &'static str,
     ) -> Result<(), ParameterError> {
-        parameter::positive(stiffness, self.stiffness)?;
+        Named(stiffness, self.stiffness).positive()?;
         self.series_damping.as_ref().map_or(Ok(()), |law| law.bounds().positive(damping).map(drop))
     }
 
@@ -87,7 +87,7 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
         let single = T::default_epsilon() > lit(1e-10);
         let limit: T = lit(if single { 1e10 } else { 1e50 });
         let (name, what) = ("stiffness over series_damping", "the fastest decay of an arm [1/s]");
-        parameter::at_most(name, self.decay_bounds().max, what, limit).map(drop)
+        Named(name, self.decay_bounds().max).at_most(what, limit).map(drop)
     }
 
     /// The dashpot. A missing one is hidden from the optimiser, which would divide by the bytes in
@@ -185,10 +185,10 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
         parameters: GeneralisedMaxwellParameters<T, N, S, D>,
     ) -> Result<Self, ParameterError> {
         let GeneralisedMaxwellParameters { arms, micro_damping } = parameters;
-        parameter::count("arms", N, 1)?;
+        Named("arms", N).count(1)?;
         for (i, arm) in arms.iter().enumerate() {
             let checked = arm.check("arms.stiffness", "arms.series_damping");
-            parameter::component(i, checked.and_then(|()| arm.check_decay()))?;
+            ParameterError::of_component(i, checked.and_then(|()| arm.check_decay()))?;
         }
         micro_damping.bounds().non_negative("micro_damping")?;
         Ok(Self { arms, damping: micro_damping })

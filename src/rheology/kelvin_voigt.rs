@@ -11,7 +11,7 @@
 //! Source: Romano et al. (arXiv 2602.09429), section III-A.
 
 use super::{ElementBounds, Elements, VelocityLaw};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::Rheology;
 use crate::{Scalar, Sliding};
 
@@ -58,7 +58,7 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> KelvinVoigt<T, K, D> {
         micro_stiffness.bounds().positive("micro_stiffness")?;
         micro_damping.bounds().non_negative("micro_damping")?;
         let at_rest = micro_stiffness.value(Sliding::from(T::zero()));
-        let storage = parameter::positive("micro_stiffness", at_rest)?;
+        let storage = Named("micro_stiffness", at_rest).positive()?;
         Ok(Self { stiffness: micro_stiffness, damping: micro_damping, storage })
     }
 

@@ -44,7 +44,6 @@ pub use maxwell::{Maxwell, MaxwellParameters};
 pub use modes::Modes;
 pub use velocity_law::{VelocityDependent, VelocityLaw};
 pub use weights::Weights;
-pub use weights::relaxed;
 pub use zener::ZenerParameters;
 
 use nalgebra::Complex;

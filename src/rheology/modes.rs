@@ -35,7 +35,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::{DiagonalPlusRankOne, HeldWeights, Weights};
 use crate::Scalar;
-use crate::scalar::{is_zero, larger, lit, nan};
+use crate::scalar::{is_zero, lit};
 
 /// Iterations that a root may take. Three to eight are usual; a cut between two ends halves the
 /// decades between them, so that this many cannot run out before the root is found.
@@ -68,8 +68,8 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
             && relaxation.row.iter().all(passive)
             && total.is_finite();
         let (rates, shapes, coordinates, driven) = if !admissible {
-            let nan = SVector::repeat(nan());
-            (nan, SMatrix::repeat(crate::scalar::nan()), SMatrix::identity(), nan)
+            let nan = SVector::repeat(T::nan());
+            (nan, SMatrix::repeat(T::nan()), SMatrix::identity(), nan)
         } else if is_zero(total) {
             // At rest the springs are not coupled.
             let identity = SMatrix::identity();
@@ -146,22 +146,22 @@ fn coupled<T: Scalar, const N: usize>(
     let (one, zero) = (T::one(), T::zero());
     let DiagonalPlusRankOne { decay, row } = relaxation;
     // In units of the fastest rate no square or reciprocal leaves the range of the scalar type.
-    let unit = decay.iter().fold(total, |most, &a| larger(most, a));
+    let unit = decay.iter().fold(total, |most, &a| most.larger(a));
     // Negligible beside that unit over any step, and with a square that has a reciprocal.
     let single = T::default_epsilon() > lit(1e-10);
     let tiny: T = if single { lit(1e-17) } else { lit(1e-60) };
     let rounding = T::default_epsilon() * lit(4.0);
 
     let mut springs: [Spring<T>; N] = core::array::from_fn(|index| {
-        let pole = Pole { rate: decay[index] / unit, weight: larger(row[index] / unit, tiny) };
+        let pole = Pole { rate: decay[index] / unit, weight: (row[index] / unit).larger(tiny) };
         Spring { pole, index, root: Root::nowhere() }
     });
     let by_rate = |a: &Spring<T>, b: &Spring<T>| a.pole.rate.partial_cmp(&b.pole.rate);
     springs.sort_unstable_by(|a, b| by_rate(a, b).unwrap_or(Ordering::Equal));
     let mut least = zero;
     for Spring { pole, .. } in &mut springs {
-        pole.rate = larger(pole.rate, least);
-        least = pole.rate + larger(rounding * pole.rate, tiny);
+        pole.rate = pole.rate.larger(least);
+        least = pole.rate + (rounding * pole.rate).larger(tiny);
     }
     let poles = springs.map(|spring| spring.pole);
     for (j, spring) in springs.iter_mut().enumerate() {
@@ -213,7 +213,7 @@ pub(super) struct Root<T> {
 
 impl<T: Scalar> Root<T> {
     fn nowhere() -> Self {
-        Self { nearest: nan(), side: nan(), distance: nan() }
+        Self { nearest: T::nan(), side: T::nan(), distance: T::nan() }
     }
 
     /// λ

@@ -6,7 +6,7 @@
 
 use super::HeldWeights;
 use crate::Scalar;
-use crate::scalar::{lit, nan};
+use crate::scalar::lit;
 
 /// A step of ż = −λz + u with λ and u = r v held: both its end and its mean are linear in the
 /// deflection z at its start and in u.
@@ -25,18 +25,57 @@ pub struct Weights<T> {
 }
 
 impl<T: Scalar> Weights<T> {
+    /// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits.
+    #[inline]
+    pub fn relaxed(x: T) -> (T, T, T) {
+        if x < lit(0.5) && x > lit(-0.5) {
+            // φ2 = Σ (−x)ᵏ/(k + 2)!, cut below 2e-17; the others follow from it without
+            // cancellation. Even and odd powers apart and in pairs, so that the sums do not wait
+            // for each other.
+            const EVEN: [[f64; 2]; 3] = [
+                [1.0 / 2.0, 1.0 / 24.0],
+                [1.0 / 720.0, 1.0 / 40_320.0],
+                [1.0 / 3_628_800.0, 1.0 / 479_001_600.0],
+            ];
+            const LAST_EVEN: f64 = 1.0 / 87_178_291_200.0;
+            const ODD: [[f64; 2]; 3] = [
+                [1.0 / 6.0, 1.0 / 120.0],
+                [1.0 / 5040.0, 1.0 / 362_880.0],
+                [1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0],
+            ];
+            let w = x * x;
+            let w2 = w * w;
+            let pair = |pair: [f64; 2]| lit::<T>(pair[0]) + w * lit::<T>(pair[1]);
+            let ([e0, e1, e2], [o0, o1, o2]) = (EVEN, ODD);
+            let (mut even, mut odd) = (pair(e0) + w2 * pair(e1), pair(o0) + w2 * pair(o1));
+            // In single precision the rest, less than x⁸/10! = 1e-9, is below the roundings.
+            if T::default_epsilon() < lit(1e-10) {
+                let w4 = w2 * w2;
+                even += w4 * (pair(e2) + w2 * lit::<T>(LAST_EVEN));
+                odd += w4 * pair(o2);
+            }
+            let phi2 = even - x * odd;
+            let phi1 = T::one() - x * phi2;
+            (T::one() - x * phi1, phi1, phi2)
+        } else {
+            let decay = (-x).exp();
+            let phi1 = (T::one() - decay) / x;
+            (decay, phi1, (T::one() - phi1) / x)
+        }
+    }
+
     /// The step of length h \[s\] at a relaxation rate λ [1/s].
     #[inline]
     pub(crate) fn new(relaxation: T, duration: T) -> Self {
         let exponent = relaxation * duration;
-        let (decay, phi1, phi2) = relaxed(exponent);
+        let (decay, phi1, phi2) = Self::relaxed(exponent);
         let (end_by_drive, mean_by_drive) = if exponent < T::one() {
             (phi1 * duration, [phi2, duration])
         } else {
             // By way of the stationary deflection, which no length of step overflows. A λ that has
             // overflowed knows none.
             let inverse = T::one() / relaxation;
-            let inverse = if inverse > T::zero() { inverse } else { nan() };
+            let inverse = if inverse > T::zero() { inverse } else { T::nan() };
             ((T::one() - decay) * inverse, [T::one() - phi1, inverse])
         };
         Self { exponent, decay, end_by_drive, phi1, mean_by_drive }
@@ -123,47 +162,9 @@ impl<T: Scalar> HeldWeights<T, T> for Weights<T> {
     }
 }
 
-/// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits.
-#[inline]
-pub fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
-    if x < lit(0.5) && x > lit(-0.5) {
-        // φ2 = Σ (−x)ᵏ/(k + 2)!, cut below 2e-17; the others follow from it without cancellation.
-        // Even and odd powers apart and in pairs, so that the sums do not wait for each other.
-        const EVEN: [[f64; 2]; 3] = [
-            [1.0 / 2.0, 1.0 / 24.0],
-            [1.0 / 720.0, 1.0 / 40_320.0],
-            [1.0 / 3_628_800.0, 1.0 / 479_001_600.0],
-        ];
-        const LAST_EVEN: f64 = 1.0 / 87_178_291_200.0;
-        const ODD: [[f64; 2]; 3] = [
-            [1.0 / 6.0, 1.0 / 120.0],
-            [1.0 / 5040.0, 1.0 / 362_880.0],
-            [1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0],
-        ];
-        let w = x * x;
-        let w2 = w * w;
-        let pair = |pair: [f64; 2]| lit::<T>(pair[0]) + w * lit::<T>(pair[1]);
-        let ([e0, e1, e2], [o0, o1, o2]) = (EVEN, ODD);
-        let (mut even, mut odd) = (pair(e0) + w2 * pair(e1), pair(o0) + w2 * pair(o1));
-        // In single precision the rest, less than x⁸/10! = 1e-9, is below the roundings.
-        if T::default_epsilon() < lit(1e-10) {
-            let w4 = w2 * w2;
-            even += w4 * (pair(e2) + w2 * lit::<T>(LAST_EVEN));
-            odd += w4 * pair(o2);
-        }
-        let phi2 = even - x * odd;
-        let phi1 = T::one() - x * phi2;
-        (T::one() - x * phi1, phi1, phi2)
-    } else {
-        let decay = (-x).exp();
-        let phi1 = (T::one() - decay) / x;
-        (decay, phi1, (T::one() - phi1) / x)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::relaxed;
+    use super::Weights;
     use approx::assert_relative_eq;
 
     #[test]
@@ -175,11 +176,11 @@ mod tests {
             ((-x).exp(), phi1, (1.0 - phi1) / x)
         };
         for x in [0.3, 0.4, 0.499_999_999, 0.5, 0.7, 3.0, 50.0, 1e6, -0.4] {
-            let (got, want) = (relaxed(x), closed(x));
+            let (got, want) = (Weights::relaxed(x), closed(x));
             for (got, want) in [(got.0, want.0), (got.1, want.1), (got.2, want.2)] {
                 assert_relative_eq!(got, want, max_relative = 2e-15);
             }
         }
-        assert_eq!(relaxed(0.0), (1.0, 1.0, 0.5));
+        assert_eq!(Weights::relaxed(0.0), (1.0, 1.0, 0.5));
     }
 }

@@ -20,7 +20,7 @@ use nalgebra::Vector4;
 
 use super::{Body, POSITION, VELOCITY};
 use crate::ode::{Linearisation, System};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::lit;
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
@@ -84,15 +84,15 @@ where
     /// Names the parameter that is out of its range; the opening is checked at time zero.
     pub fn new(parameters: DiaphragmValveParameters<T, M, U>) -> Result<Self, ParameterError> {
         let p = parameters;
-        parameter::positive("spring_stiffness", p.mechanism.spring_stiffness)?;
-        parameter::finite("opening", p.opening.value(T::zero()))?;
+        Named("spring_stiffness", p.mechanism.spring_stiffness).positive()?;
+        Named("opening", p.opening.value(T::zero())).finite()?;
         Ok(Self {
             body: Body::new(p.contact, p.mechanism)?,
-            diaphragm_area: parameter::positive("diaphragm_area", p.diaphragm_area)?,
-            preload: parameter::finite("preload", p.preload)?,
-            least_pressure: parameter::non_negative("least_pressure", p.least_pressure)?,
-            pressure_gain: parameter::positive("pressure_gain", p.pressure_gain)?,
-            time_constant: parameter::positive("time_constant", p.time_constant)?,
+            diaphragm_area: Named("diaphragm_area", p.diaphragm_area).positive()?,
+            preload: Named("preload", p.preload).finite()?,
+            least_pressure: Named("least_pressure", p.least_pressure).non_negative()?,
+            pressure_gain: Named("pressure_gain", p.pressure_gain).positive()?,
+            time_constant: Named("time_constant", p.time_constant).positive()?,
             lag_rate: T::one() / p.time_constant,
             opening: p.opening,
         })

@@ -18,8 +18,8 @@ use nalgebra::Vector3;
 
 use super::{Body, POSITION, VELOCITY};
 use crate::ode::{Linearisation, System};
-use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, larger};
+use crate::parameter::{Named, ParameterError};
+use crate::scalar::is_zero;
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
@@ -86,10 +86,10 @@ where
     /// Names the parameter that is out of its range; the force is checked at time zero.
     pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
         let MassSpringDamperParameters { contact, mechanism, drive_velocity, force } = parameters;
-        parameter::finite("force", force.value(T::zero()))?;
+        Named("force", force.value(T::zero())).finite()?;
         Ok(Self {
             body: Body::new(contact, mechanism)?,
-            drive_velocity: parameter::finite("drive_velocity", drive_velocity)?,
+            drive_velocity: Named("drive_velocity", drive_velocity).finite()?,
             force,
         })
     }
@@ -148,7 +148,7 @@ where
         }
         let stretch = self.body.breakaway_force() / stiffness;
         let released = stretch * (stiffness * self.body.inverse_mass).sqrt();
-        Vector3::new(stretch, larger(self.drive_velocity.abs(), released), deflection)
+        Vector3::new(stretch, self.drive_velocity.abs().larger(released), deflection)
     }
 }
 

@@ -21,7 +21,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::ode::Linearisation;
 use crate::parameter::ParameterError;
-use crate::scalar::{larger, lit};
+use crate::scalar::lit;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// Places of the states of a [`Body`] in those of its system.
@@ -105,7 +105,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<T, M> {
     /// Friction force [N] at breakaway.
     fn breakaway_force(&self) -> T {
         let stiffness = self.contact.model().storage_stiffness() * self.contact.reference_load();
-        larger(stiffness * self.breakaway_deflection(), T::default_epsilon())
+        (stiffness * self.breakaway_deflection()).larger(T::default_epsilon())
     }
 
     /// Velocity [m/s] at which the mass oscillates on its bristles through the breakaway

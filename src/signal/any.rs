@@ -41,22 +41,13 @@ macro_rules! of_the_signal {
 }
 
 impl<T: Scalar> Signal<T> for AnySignal<T> {
-    #[inline]
-    fn value(&self, time: T) -> T {
-        of_the_signal!(self, signal => signal.value(time))
-    }
-
-    #[inline]
-    fn value_and_rate(&self, time: T) -> (T, T) {
-        of_the_signal!(self, signal => signal.value_and_rate(time))
-    }
-
-    fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        of_the_signal!(self, signal => signal.next_kink(time, towards))
-    }
-
-    fn longest_step(&self) -> Option<T> {
-        of_the_signal!(self, signal => signal.longest_step())
+    passed_on! { of_the_signal:
+        #[inline]
+        value(time: T) -> T;
+        #[inline]
+        value_and_rate(time: T) -> (T, T);
+        next_kink(time: T, towards: T) -> Option<T>;
+        longest_step() -> Option<T>;
     }
 }
 
@@ -66,15 +57,8 @@ impl<T: Scalar> From<T> for AnySignal<T> {
     }
 }
 
-impl<T: Scalar> From<Sine<T>> for AnySignal<T> {
-    fn from(signal: Sine<T>) -> Self {
-        Self::Sine(signal)
-    }
-}
-
-#[cfg(feature = "alloc")]
-impl<T: Scalar> From<Polyline<Vec<Vertex<T>>>> for AnySignal<T> {
-    fn from(signal: Polyline<Vec<Vertex<T>>>) -> Self {
-        Self::Polyline(signal)
-    }
+holds! { AnySignal:
+    Sine(Sine<T>)
+    #[cfg(feature = "alloc")]
+    Polyline(Polyline<Vec<Vertex<T>>>)
 }

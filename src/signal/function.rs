@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Signal, first_between};
+use super::Signal;
 use crate::Scalar;
 
 /// A signal given by a closure that returns the value and its rate of change, and K times at
@@ -48,6 +48,12 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> Signal<T> for Functi
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        first_between(self.kinks.iter().copied(), time, towards)
+        let forward = towards > time;
+        let ahead = |&kink: &T| match forward {
+            true => kink > time && kink < towards,
+            false => kink < time && kink > towards,
+        };
+        let kinks = self.kinks.iter().copied().filter(ahead);
+        kinks.reduce(|a, b| if (b < a) == forward { b } else { a })
     }
 }

@@ -51,15 +51,3 @@ impl<T: Scalar> Signal<T> for T {
         (*self, T::zero())
     }
 }
-
-/// Which of some times comes first on the way from `time` towards another.
-pub fn first_between<T: Scalar>(kinks: impl Iterator<Item = T>, time: T, towards: T) -> Option<T> {
-    let forward = towards > time;
-    kinks
-        .filter(
-            |&kink| {
-                if forward { kink > time && kink < towards } else { kink < time && kink > towards }
-            },
-        )
-        .reduce(|a, b| if (b < a) == forward { b } else { a })
-}

@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use super::Signal;
 use crate::Scalar;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 
 /// One corner of a [`Polyline`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,16 +49,16 @@ impl<S> Polyline<S> {
     where
         S: AsRef<[Vertex<T>]>,
     {
-        parameter::count("vertices", vertices.as_ref().len(), 1)?;
+        Named("vertices", vertices.as_ref().len()).count(1)?;
         let mut previous: Option<Vertex<T>> = None;
         for (index, vertex) in vertices.as_ref().iter().enumerate() {
-            parameter::component(index, parameter::finite("time", vertex.time))?;
-            parameter::component(index, parameter::finite("value", vertex.value))?;
+            ParameterError::of_component(index, Named("time", vertex.time).finite())?;
+            ParameterError::of_component(index, Named("value", vertex.value).finite())?;
             if let Some(before) = previous {
-                let time = parameter::increasing("time", vertex.time, before.time);
-                parameter::component(index, time)?;
+                let time = Named("time", vertex.time).increasing(before.time);
+                ParameterError::of_component(index, time)?;
                 let slope = (vertex.value - before.value) / (vertex.time - before.time);
-                parameter::component(index, parameter::finite("slope", slope))?;
+                ParameterError::of_component(index, Named("slope", slope).finite())?;
             }
             previous = Some(*vertex);
         }

@@ -2,7 +2,7 @@
 
 use super::Signal;
 use crate::Scalar;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 
 /// Parameters of [`Sine`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,13 +46,13 @@ impl<T: Scalar> Sine<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn new(parameters: SineParameters<T>) -> Result<Self, ParameterError> {
-        let frequency = parameter::positive("frequency", parameters.frequency)?;
+        let frequency = Named("frequency", parameters.frequency).positive()?;
         Ok(Self {
             frequency,
-            mean: parameter::finite("mean", parameters.mean)?,
-            amplitude: parameter::finite("amplitude", parameters.amplitude)?,
+            mean: Named("mean", parameters.mean).finite()?,
+            amplitude: Named("amplitude", parameters.amplitude).finite()?,
             angular: T::two_pi() * frequency,
-            phase: parameter::finite("phase", parameters.phase)?,
+            phase: Named("phase", parameters.phase).finite()?,
         })
     }
 

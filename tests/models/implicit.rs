@@ -23,8 +23,7 @@ const ROUNDING: f64 = 1e-14;
 type Table2 = ImplicitBristle<Stribeck<f64>>;
 
 fn table_2() -> (Table2, FrBd<Stribeck<f64>, KelvinVoigt<f64>>) {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let (curve, bristle) = bristle_specimens::specimens::table_2();
     (implicit(curve, bristle), FrBd::new(curve, bristle))
 }
 

@@ -894,7 +894,7 @@ fn a_small_oscillation_is_answered_by_the_complex_modulus() {
         let mut x = R::Deflection::fill(0.0);
         let mut moduli = (0.0, 0.0);
         // Until what does not oscillate has gone, ten times the slowest relaxation of 10 ms.
-        let periods = 2 + (0.1 * omega) as i32;
+        let periods = 2 + (0.1 * omega / std::f64::consts::TAU) as i32;
         for n in 0..periods * parts {
             let angle = omega * h * (f64::from(n) + 0.5);
             let hold = model.hold(amplitude * omega * angle.cos(), x, h);

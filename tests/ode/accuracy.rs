@@ -424,18 +424,19 @@ fn two_contacts_in_one_system_slide_as_they_do_alone() {
     // Different drives, one of them backward, so that their reversals interleave.
     let two = TwoRigs(rig(table_2_frbd(), 0.1), rig(table_2_frbd(), -0.17));
     let end = 12.0;
+    let alone = [&two.0, &two.1].map(|rig| {
+        let solver =
+            OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-10, rig.scales()).unwrap());
+        solver.solve(rig, 0.0..end, Vector3::zeros(), Output::Uniform(49)).unwrap()
+    });
     every_solver!(7e-4, Tolerances::scaled(1e-8, two.scales()).unwrap(), |name, solver| {
         let run = solver.solve(&two, 0.0..end, SVector::zeros(), Output::Uniform(49)).unwrap();
         let mut reversals = 0;
-        for (offset, alone) in [(0, &two.0), (3, &two.1)] {
-            let tolerances = Tolerances::scaled(1e-10, alone.scales()).unwrap();
-            let solver = OfAny::adaptive(DormandPrince, tolerances);
-            let single = solver.solve(alone, 0.0..end, Vector3::zeros(), Output::Uniform(49));
-            let single = single.unwrap();
+        for (offset, rig, single) in [(0, &two.0, &alone[0]), (3, &two.1, &alone[1])] {
             reversals += single.statistics().reversals;
             for ((t, both), (_, one)) in run.iter().zip(single.iter()) {
                 let error = both.fixed_rows::<3>(offset) - one;
-                let error = error.component_div(&alone.scales()).abs().max();
+                let error = error.component_div(&rig.scales()).abs().max();
                 // A hundred tolerances of 1e-8 (six for one rig after 25 s, more within a slip),
                 // and as much for the fixed step of 0.7 ms.
                 assert!(error < 1e-6, "{name}: {error:e} at {t} s");

@@ -7,10 +7,12 @@ use std::cell::Cell;
 use bristle::companion::{Companion, CompanionStep, CompletedStep, PointMass, VelocityHistory};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Affine, Bristle, Contact, FrBd, Law, LuGre, Scalar, Surface, paper};
+use bristle::{Affine, Bristle, Contact, FrBd, Law, LuGre, Scalar, paper};
 use bristle_specimens::closed_form::{Element, Family};
 use bristle_specimens::recipe::{Recipe, State, decades, recipe, state, velocity};
-use bristle_specimens::specimens::{AsModel, Specimen, kelvin_voigt, specimens, stribeck};
+use bristle_specimens::specimens::{
+    AsModel, Bare, Specimen, kelvin_voigt, specimens, stribeck, table_2_frbd,
+};
 use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
 
@@ -384,7 +386,7 @@ fn nan_comes_out_as_nan() {
 
 #[test]
 fn the_fastest_speed_must_be_a_number_and_not_negative() {
-    let contact = table_2().under_load(1.0).unwrap();
+    let contact = table_2_frbd().under_load(1.0).unwrap();
     for wrong in [-1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(contact.companion(wrong).unwrap_err().name, "fastest");
     }
@@ -398,7 +400,7 @@ fn the_fastest_speed_must_be_a_number_and_not_negative() {
 #[test]
 fn the_deflection_keeps_to_its_limit_and_what_is_cut_off_is_dissipated() {
     // max μ/σ0 = 1.5/1e4 at rest, where σ2|v| adds nothing.
-    let companion = table_2().under_load(2.0).unwrap().companion(0.0).unwrap();
+    let companion = table_2_frbd().under_load(2.0).unwrap().companion(0.0).unwrap();
     // Predicted at rest, nothing relaxes and the bristle is carried along: 1e-4 + 0.1 m/s · 2 ms.
     for sign in [1.0, -1.0] {
         let step = companion.step(0.0, sign * 1e-4, 2e-3);
@@ -434,30 +436,9 @@ fn any_sequence_of_wild_steps_keeps_the_bristle_within_its_limit() {
     });
 }
 
-/// FrBD that promises nothing.
-#[derive(Debug, Clone)]
-struct Unlimited(FrBd<Stribeck<f64>, KelvinVoigt<f64>>);
-
-impl Bristle<f64> for Unlimited {
-    type Deflection = f64;
-
-    fn affine(&self, surface: Surface<f64>, z: f64) -> Affine<f64> {
-        self.0.affine(surface, z)
-    }
-    fn affine_and_slopes(&self, surface: Surface<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
-        self.0.affine_and_slopes(surface, z)
-    }
-    fn stationary(&self, surface: impl Into<Surface<f64>>) -> f64 {
-        self.0.stationary(surface)
-    }
-    fn storage_stiffness(&self) -> f64 {
-        Bristle::<f64>::storage_stiffness(&self.0)
-    }
-}
-
 #[test]
 fn a_model_without_a_limit_is_not_cut() {
-    let companion = Unlimited(table_2()).under_load(1.0).unwrap().companion(1.0).unwrap();
+    let companion = Bare(table_2_frbd()).under_load(1.0).unwrap().companion(1.0).unwrap();
     // Predicted at rest, the bristle is carried along by 10 m/s · 1 s.
     let done = companion.step(0.0, 0.0, 1.0).commit(10.0);
     assert_within(ROUNDING, 10.0, done.deflection, 10.0, || "z".into());
@@ -552,11 +533,6 @@ fn lugre_gives_energy_to_a_wrong_prediction_even_where_its_theorem_holds() {
 // ---------------------------------------------------------------------------------------------
 // inside a mechanism
 // ---------------------------------------------------------------------------------------------
-
-fn table_2() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
-    FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), bristle)
-}
 
 /// A mass of 1 kg on a spring whose end moves, p = 1 N.
 #[derive(Debug, Clone, Copy)]
@@ -665,7 +641,7 @@ fn runge_kutta<M: Bristle<f64, Deflection = f64>>(
 /// Motions without a reversal: steady sliding that is disturbed, acceleration through the Stribeck
 /// range, and loading up to half of breakaway. With the number of steps to begin with.
 fn smooth_motions() -> [(&'static str, Rig, (MotionState, f64), u32); 3] {
-    let steady = table_2().stationary(0.15);
+    let steady = table_2_frbd().stationary(0.15);
     [
         ("sliding", Rig::STICK_SLIP, ([-0.502, 0.15, steady], 1.0), 400),
         ("Stribeck", Rig { drive: 0.02, ..Rig::STICK_SLIP }, ([-0.55, 0.012, 0.9e-4], 0.5), 800),
@@ -675,7 +651,7 @@ fn smooth_motions() -> [(&'static str, Rig, (MotionState, f64), u32); 3] {
 
 /// Errors of position, velocity and deflection, relative to the size of each in the motion.
 fn errors(variant: Variant, rig: Rig, motion: (MotionState, f64), steps: u32) -> [f64; 3] {
-    let contact = table_2().under_load(1.0).unwrap();
+    let contact = table_2_frbd().under_load(1.0).unwrap();
     // h λ ≤ 1e-3 in the reference: its errors are below 1e-13.
     let want = runge_kutta(&contact, rig, motion, 200_000);
     let got = run(&contact.companion(1.0).unwrap(), rig, motion, steps, variant, |_, _, _| {});
@@ -735,7 +711,7 @@ const LIMIT: f64 = 1.500_000_1e-4;
 
 #[test]
 fn a_stuck_mass_stays_stuck_and_bounded_for_every_step() {
-    let companion = table_2().under_load(1.0).unwrap().companion(1.0).unwrap();
+    let companion = table_2_frbd().under_load(1.0).unwrap().companion(1.0).unwrap();
     for variant in [Variant::Extrapolated, Variant::Corrected, Variant::BackwardEuler] {
         for h in [6e-4, 1e-3, 5e-3, 1e-2, 2.5e-2, 3e-2, 5e-2, 0.1, 0.25, 0.5] {
             let steps = steps_of(h, 25.0);
@@ -775,7 +751,7 @@ fn a_stuck_mass_stays_stuck_and_bounded_for_every_step() {
 #[test]
 fn a_struck_mass_is_caught_where_it_should_be() {
     // Pulled by 0.8 N and struck at 0.3 m/s.
-    let contact = table_2().under_load(1.0).unwrap();
+    let contact = table_2_frbd().under_load(1.0).unwrap();
     let companion = contact.companion(1.0).unwrap();
     let (rig, motion) = (Rig { drive: 0.0, ..Rig::STICK_SLIP }, ([-0.4, 0.3, 0.8e-4], 10.0));
     let want = runge_kutta(&contact, rig, motion, 100_000)[0];
@@ -824,7 +800,7 @@ fn a_mass_on_a_slope_stands_in_steps_too_long_for_its_bristles() {
 #[test]
 fn the_force_overshoots_by_what_the_docs_say() {
     // The table in the documentation of `Companion`, rounded to its last digit.
-    let companion = table_2().under_load(1.0).unwrap().companion(1.0).unwrap();
+    let companion = table_2_frbd().under_load(1.0).unwrap().companion(1.0).unwrap();
     for (h, extrapolated, corrected) in OVERSHOOT {
         for (variant, want) in
             [(Variant::Extrapolated, extrapolated), (Variant::Corrected, corrected)]
@@ -853,7 +829,7 @@ const OVERSHOOT: [(f64, f64, f64); 6] = [
 fn the_whole_mechanism_keeps_its_energy_balance() {
     // Kinetic and elastic energy, the bristle's, what is dissipated: together the work of the
     // drive.
-    let companion = table_2().under_load(1.0).unwrap().companion(1.0).unwrap();
+    let companion = table_2_frbd().under_load(1.0).unwrap().companion(1.0).unwrap();
     let rig = Rig::STICK_SLIP;
     for h in [1e-3, 2.5e-2, 0.5] {
         let (mut before, mut dissipated, mut drive, mut peak) = ([0.0; 3], 0.0, 0.0, 0.0_f64);
@@ -905,7 +881,7 @@ fn the_history_extrapolates_to_the_middle_of_the_next_step() {
 #[test]
 fn a_run_of_passive_steps_allocates_nothing() {
     let counted = allocation_counter::measure(|| {
-        let companion = table_2().under_load(1.0).unwrap().companion(1.0).unwrap();
+        let companion = table_2_frbd().under_load(1.0).unwrap().companion(1.0).unwrap();
         let motion = ([0.0; 3], 25.0);
         let mut dissipated = 0.0;
         run(&companion, Rig::STICK_SLIP, motion, 5000, Variant::Corrected, |_, _, done| {

@@ -12,13 +12,9 @@ use bristle::{Bristle, Contact, FrBd, Law, Reloaded, Scalar};
 use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
-use bristle_specimens::specimens::{AsModel, kelvin_voigt, specimens, stribeck};
+use bristle_specimens::specimens::{AsModel, specimens, stribeck, table_2_frbd};
 use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
-
-fn table_2() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), kelvin_voigt(1e4, 64.5))
-}
 
 fn to_f64<T: Scalar>(value: T) -> f64 {
     value.to_subset_unchecked()
@@ -170,7 +166,7 @@ fn loading_engine(
     rule: impl Fn(&mut Table2, f64, f64, f64) -> Reloaded<f64>,
 ) -> EnergyBalance<f64> {
     let (mut z, mut ledger) = (0.0, EnergyLedger::new());
-    let mut contact = table_2().under_load(10.0).unwrap();
+    let mut contact = table_2_frbd().under_load(10.0).unwrap();
     for _ in 0..200 {
         ledger.close_cycle();
         for (load, velocity) in [(1.0, speed), (10.0, -speed), (1.0, -speed), (10.0, speed)] {
@@ -192,7 +188,7 @@ fn a_contact_released_under_a_larger_load_is_no_engine() {
         [(3e-6, 1e-6, elastic, 0.03), (1e-4, 1e-4, 3.288e-4, 1e-3)]
     {
         let kept = loading_engine(stroke, speed, |contact, load, _, deflection| {
-            *contact = table_2().under_load(load).unwrap();
+            *contact = table_2_frbd().under_load(load).unwrap();
             Reloaded { deflection, dissipated: 0.0 }
         });
         assert_within(tolerance, gained, -kept.supplied, gained, || "engine".into());
@@ -293,7 +289,7 @@ mod accuracy {
 
     /// Deflection, read back by renewal and raw, and impulse after so many steps.
     fn stepped(by: By, steps: usize) -> [f64; 3] {
-        let mut companion = table_2().under_load(2.0).unwrap().companion(0.01).unwrap();
+        let mut companion = table_2_frbd().under_load(2.0).unwrap().companion(0.01).unwrap();
         let (mut z, mut impulse, h) = (0.0, 0.0, END / steps as f64);
         for n in 0..steps {
             let middle = h * (n as f64 + 0.5);
@@ -313,7 +309,7 @@ mod accuracy {
 
     #[test]
     fn loads_at_middles_of_steps_give_second_order() {
-        let system = Dragged(By::Renewal, table_2().under_load(2.0).unwrap());
+        let system = Dragged(By::Renewal, table_2_frbd().under_load(2.0).unwrap());
         let run = ode::solve(&system, 0.0..END, Vector2::zeros(), 1e-11, Output::Uniform(2));
         let want = *run.unwrap().states().last().unwrap();
         let renewed = (By::Renewal, [want[0], want[0], want[1]], [2.0, 1.0, 2.0]);
@@ -342,7 +338,7 @@ mod accuracy {
 /// A stuck bristle, in closed form: steps of any length are exact for a load that rises.
 #[test]
 fn by_renewal_a_stuck_bristle_keeps_its_force_while_the_load_rises_and_its_ratio_while_it_falls() {
-    let model = table_2();
+    let model = table_2_frbd();
     let mut companion = model.under_load(1.0).unwrap().companion(1.0).unwrap();
     let mut z = 5e-5;
     let force = |companion: &bristle::companion::Companion<f64, _>, z: f64| {
@@ -393,7 +389,7 @@ fn a_change_of_the_load_allocates_nothing() {
     let counted = allocation_counter::measure(|| {
         let mut draw = Draw(7);
         for by in [By::Reloading, By::Renewal] {
-            random_history(by, &table_2(), 1.0, &mut draw, 1000, ROUNDING);
+            random_history(by, &table_2_frbd::<f64>(), 1.0, &mut draw, 1000, ROUNDING);
         }
     });
     assert_eq!(counted.count_total, 0);
@@ -405,7 +401,7 @@ fn a_change_of_the_load_allocates_nothing() {
 
 #[test]
 fn a_refused_load_leaves_the_contact_as_it_was() {
-    let mut contact = table_2().under_load(3.0).unwrap();
+    let mut contact = table_2_frbd().under_load(3.0).unwrap();
     let mut companion = contact.companion(1.0).unwrap();
     for bad in [f64::NAN, f64::INFINITY, -1.0, -f64::MIN_POSITIVE] {
         assert_eq!(contact.reload(bad, 0.0, 1e-5).unwrap_err().name, "normal_force");
@@ -431,7 +427,7 @@ fn extreme_loads_give_finite_answers() {
     let extremes = [0.0, 1e-100, 1e-30, 1.0, 1e30, 1e100];
     for from in extremes {
         for to in extremes {
-            let contact = table_2().under_load(from).unwrap();
+            let contact = table_2_frbd::<f64>().under_load(from).unwrap();
             if from == 0.0 && to > 0.0 {
                 let refused = contact.clone().reload(to, 0.0, 1e-4).unwrap_err();
                 assert_eq!(refused.name, "reference_load");

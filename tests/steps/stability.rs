@@ -38,9 +38,7 @@ fn table_2() -> FrBdContact {
 }
 
 fn table_2_lugre() -> Contact<f64, LuGre<Stribeck<f64>, KelvinVoigt<f64>>> {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
-    LuGre::classical(curve, bristle).under_load(1.0).unwrap()
+    specimens::table_2_lugre().under_load(1.0).unwrap()
 }
 
 fn table_3() -> FrBdContact {

@@ -27,7 +27,7 @@
 use bristle::companion::CompletedStep;
 use bristle::ode::Step;
 use bristle::rheology::{Deflection, HeldWeights};
-use bristle::scalar::{larger, lit};
+use bristle::scalar::lit;
 use bristle::{Bristle, Contact, HeldContact, Reloaded, Scalar};
 use nalgebra::SVector;
 
@@ -167,7 +167,7 @@ impl<T: Scalar> EnergyLedger<T> {
         // NaN stays in the gain.
         let fall = self.highest - net;
         self.gain = if fall <= self.gain { self.gain } else { fall };
-        self.highest = larger(self.highest, net);
+        self.highest = self.highest.larger(net);
     }
 
     /// Takes an exact step of a contact at a held velocity ([`Contact::hold`]) and enters it.

@@ -7,7 +7,7 @@
 
 use super::material::{Material, OwnModel, Source};
 use super::real::{self, Real};
-use bristle::scalar::{lit, nan};
+use bristle::scalar::lit;
 use bristle::{Affine, LoadChange, Surface};
 
 /// What a step does to one bristle of N axes: from P parameters, I inputs and the O outputs before
@@ -83,7 +83,7 @@ pub(super) trait Operation<T, const N: usize, const I: usize, const O: usize>:
 /// The one number of a bristle in a column whose other axes are absent.
 #[inline(always)]
 fn only<T: Real, const N: usize>(column: [T; N]) -> T {
-    column.first().copied().unwrap_or_else(nan)
+    column.first().copied().unwrap_or_else(T::nan)
 }
 
 /// The column that [`only`] reads.
@@ -99,7 +99,7 @@ fn alone<T: Real, const N: usize>(value: T) -> [T; N] {
 /// The normal force; NaN for a negative one.
 #[inline(always)]
 fn load<T: Real>(normal_force: T) -> T {
-    if normal_force >= T::zero() { normal_force } else { nan() }
+    if normal_force >= T::zero() { normal_force } else { T::nan() }
 }
 
 /// The length of a step, and the reference load of its bristles if that is not the normal force.

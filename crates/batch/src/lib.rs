@@ -248,7 +248,7 @@ pub use real::Real;
 struct Readme;
 
 use bristle::Bristle;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use drive::Slices;
 use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict, Reload, Renew, Single, Step};
 use material::{Alike, EXPONENTIAL, GAUSSIAN, Material, OwnModel, RATIONAL, Source, Stored};
@@ -439,7 +439,7 @@ impl<'a, T: Real> Batch<'a, T> {
             Bristles::Each(columns) => Bristles::Each(columns),
             Bristles::Own(_) => {
                 let takes = "bristles of several axes take FrBD or Dahl";
-                return Err(parameter::chosen("a model of its own", takes).into());
+                return Err(ParameterError::chosen("a model of its own", takes).into());
             }
         };
         let Self { fall, reference, parallel, .. } = self;
@@ -470,7 +470,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     ///
     /// Refuses a reference load that is not positive and finite.
     pub fn measured_at(self, reference_load: T) -> Result<Self, BatchError> {
-        let reference_load = parameter::positive("reference_load", reference_load)?;
+        let reference_load = Named("reference_load", reference_load).positive()?;
         Ok(Self { reference: Reference::Shared(reference_load), ..self })
     }
 
@@ -481,7 +481,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     /// Names the index of a reference load that is not positive and finite.
     pub fn measured_at_each(self, reference_loads: &'a [T]) -> Result<Self, BatchError> {
         for (index, &load) in reference_loads.iter().enumerate() {
-            parameter::component(index, parameter::positive("reference_loads", load))?;
+            ParameterError::of_component(index, Named("reference_loads", load).positive())?;
         }
         Ok(Self { reference: Reference::Each(reference_loads), ..self })
     }
@@ -616,7 +616,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     ) -> Result<Outcome, BatchError> {
         if !self.is_measured() {
             let takes = "a reload takes Batch::measured_at";
-            return Err(parameter::chosen("a stiffness that follows the load", takes).into());
+            return Err(ParameterError::chosen("a stiffness that follows the load", takes).into());
         }
         self.apply(
             Reload(self.step(T::zero())?),
@@ -664,7 +664,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     ) -> Result<Outcome, BatchError> {
         if self.is_measured() {
             let takes = "a renewal takes a stiffness that follows the load";
-            return Err(parameter::chosen("Batch::measured_at", takes).into());
+            return Err(ParameterError::chosen("Batch::measured_at", takes).into());
         }
         // The curve is not evaluated.
         Self { fall: Fall::Rational, ..*self }.apply(
@@ -688,7 +688,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     }
 
     fn step<const MEASURED: bool>(&self, duration: T) -> Result<Step<T, MEASURED>, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let reference = if let Reference::Shared(load) = self.reference { load } else { T::one() };
         Ok(Step { duration, reference })
     }

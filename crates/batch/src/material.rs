@@ -5,10 +5,10 @@
 use super::BatchError;
 use super::real::{self, Real};
 use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck};
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::KelvinVoigt;
-use bristle::scalar::{lit, unlimited};
+use bristle::scalar::lit;
 use bristle::{Affine, AnyBristle, Bristle, Dahl, DahlParameters, Form, FrBd, Surface};
 use bristle_plane::PlaneFrBd;
 use core::fmt::Debug;
@@ -70,14 +70,14 @@ impl<'a, T: Real> Columns<'a, T> {
         super::same_length(self.named().map(|(name, column)| (name, 1, column.len())))?;
         for (name, column) in self.named() {
             let zero_too = matches!(name, "viscous_frictions" | "micro_dampings");
-            let gate = if zero_too { parameter::non_negative } else { parameter::positive };
+            let gate = if zero_too { Named::non_negative } else { Named::positive };
             for (index, &value) in column.iter().enumerate() {
-                parameter::component(index, gate(name, value))?;
+                ParameterError::of_component(index, gate(Named(name, value)))?;
             }
         }
         let [(name, statics), (other, dynamics), ..] = self.named();
         for (index, (&static_, &dynamic)) in statics.iter().zip(dynamics).enumerate() {
-            parameter::component(index, parameter::at_least(name, static_, other, dynamic))?;
+            ParameterError::of_component(index, Named(name, static_).at_least(other, dynamic))?;
         }
         Ok(())
     }
@@ -245,7 +245,7 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
             Fall::Gaussian
         } else {
             let rule = Rule::Stated("be 1 or 2 here");
-            return Err(parameter::refused("stribeck_exponent", exponent, rule));
+            return Err(Named("stribeck_exponent", exponent).refused(rule));
         };
         let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
         Ok((fall, Valley::new([static_, dynamic, p.stribeck_velocity, p.viscous_friction])))
@@ -276,7 +276,7 @@ impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
             Self::RationalStribeck(curve) => curve.curve(),
             _ => {
                 let takes = "a batch takes Coulomb, Stribeck or rational Stribeck";
-                Err(parameter::chosen("another curve", takes))
+                Err(ParameterError::chosen("another curve", takes))
             }
         }
     }
@@ -315,10 +315,10 @@ impl<T: Real> sealed::Model<T, 1> for AnyBristle<T> {
                 AnyRegularisation::Unregularised => {
                     FrBd::new(model.curve().clone(), *model.rheology()).material()
                 }
-                _ => Err(parameter::chosen("a regularised one", "a batch takes |v| as it is")),
+                _ => Err(ParameterError::chosen("a regularised one", "a batch takes |v| as it is")),
             },
             Self::Dahl(model) => model.material(),
-            _ => Err(parameter::chosen(self.name(), "a batch takes FrBD or Dahl")),
+            _ => Err(ParameterError::chosen(self.name(), "a batch takes FrBD or Dahl")),
         }
     }
 }
@@ -343,9 +343,9 @@ impl<'a, T: Real> OwnModel<'a, T> {
     {
         if model.form() != Form::OfVelocity {
             let takes = "a batch takes models whose coefficients depend on the velocity alone";
-            return Err(parameter::chosen(model.name(), takes));
+            return Err(ParameterError::chosen(model.name(), takes));
         }
-        let limit = model.limits(T::zero()).deflection.unwrap_or_else(unlimited);
+        let limit = model.limits(T::zero()).deflection.unwrap_or_else(T::unlimited);
         Ok(Self { object: model, stiffness: model.storage_stiffness(), limit })
     }
 }

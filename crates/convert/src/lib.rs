@@ -31,7 +31,7 @@ use alloc::vec::Vec;
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 #[cfg(feature = "alloc")]
 use bristle::curve::{Cubic, Knot, Tabulated};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
@@ -86,12 +86,12 @@ impl<T: Scalar> SimscapeFriction<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
-        parameter::positive("coulomb_friction", self.coulomb_friction)?;
-        parameter::finite("breakaway_friction", self.breakaway_friction)?;
+        Named("coulomb_friction", self.coulomb_friction).positive()?;
+        Named("breakaway_friction", self.breakaway_friction).finite()?;
         let (least, limit) = ("coulomb_friction", self.coulomb_friction);
-        parameter::at_least("breakaway_friction", self.breakaway_friction, least, limit)?;
-        parameter::positive("breakaway_velocity", self.breakaway_velocity)?;
-        parameter::non_negative("viscous_coefficient", self.viscous_coefficient)?;
+        Named("breakaway_friction", self.breakaway_friction).at_least(least, limit)?;
+        Named("breakaway_velocity", self.breakaway_velocity).positive()?;
+        Named("viscous_coefficient", self.viscous_coefficient).non_negative()?;
         // With u = ω/ω_brk the fall is u e^((1 − u²)/2) from u = 1 on, and 1 below. Of all
         // e^(−(u/a)^δ) this one has the least largest error, 0.0448 (a search over a and δ).
         Stribeck::new(StribeckParameters {
@@ -162,11 +162,11 @@ impl<T: Scalar> DrakeFriction<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
-        parameter::positive("dynamic_friction", self.dynamic_friction)?;
-        parameter::finite("static_friction", self.static_friction)?;
+        Named("dynamic_friction", self.dynamic_friction).positive()?;
+        Named("static_friction", self.static_friction).finite()?;
         let (least, limit) = ("dynamic_friction", self.dynamic_friction);
-        parameter::at_least("static_friction", self.static_friction, least, limit)?;
-        parameter::positive("stiction_tolerance", self.stiction_tolerance)?;
+        Named("static_friction", self.static_friction).at_least(least, limit)?;
+        Named("stiction_tolerance", self.stiction_tolerance).positive()?;
         // Of all e^(−(x/a)^δ) this one has the least largest error, 0.0241 (a search over a and δ).
         Stribeck::new(StribeckParameters {
             static_coefficient: self.static_friction,
@@ -232,8 +232,8 @@ impl<T: Scalar> MujocoFriction<T> {
     /// Names the parameter that is out of its range.
     pub fn curve(&self) -> Result<Coulomb<T>, ParameterError> {
         Coulomb::new(CoulombParameters {
-            dynamic_coefficient: parameter::positive("friction_loss", self.friction_loss)?,
-            viscous_friction: parameter::non_negative("damping", self.damping)?,
+            dynamic_coefficient: Named("friction_loss", self.friction_loss).positive()?,
+            viscous_friction: Named("damping", self.damping).non_negative()?,
         })
     }
 
@@ -243,21 +243,21 @@ impl<T: Scalar> MujocoFriction<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn creep_damping(&self) -> Result<T, ParameterError> {
-        let inertia = parameter::positive("inertia", self.inertia)?;
+        let inertia = Named("inertia", self.inertia).positive()?;
         let mut impedance = self.solimp;
         for (index, d) in impedance.iter_mut().enumerate() {
-            parameter::component(index, parameter::between("solimp", *d, 0.0, 1.0))?;
+            ParameterError::of_component(index, Named("solimp", *d).between(0.0, 1.0))?;
             *d = d.clamp(lit(1e-4), lit(0.9999));
         }
         let [least, most] = impedance;
         let [time, damping] = self.solref;
         let rate = if damping > T::zero() {
-            let time = parameter::component(0, parameter::positive("solref", time))?;
+            let time = ParameterError::of_component(0, Named("solref", time).positive())?;
             lit::<T>(2.0) / (most * time)
         } else {
-            -parameter::component(1, parameter::finite("solref", damping))? / most
+            -ParameterError::of_component(1, Named("solref", damping).finite())? / most
         };
-        parameter::positive("creep_damping", least * rate * inertia / (T::one() - least))
+        Named("creep_damping", least * rate * inertia / (T::one() - least)).positive()
     }
 
     /// A bristle that creeps like MuJoCo's friction under forces far below f, for a load of 1. At
@@ -308,24 +308,25 @@ pub fn bearing_friction<T: Scalar>(
     peak: T,
     fall_speed: T,
 ) -> Result<Tabulated<Vec<Cubic<T>>>, ParameterError> {
-    parameter::count("rows of tau_pos", tau_pos.len(), 1)?;
+    Named("rows of tau_pos", tau_pos.len()).count(1)?;
     let mut previous = None;
     for (row, &[speed, torque]) in tau_pos.iter().enumerate() {
         let checked = match previous {
-            None => parameter::exactly("speed", speed, T::zero()),
-            Some(last) => parameter::finite("speed", speed)
-                .and_then(|speed| parameter::increasing("speed", speed, last)),
+            None => Named("speed", speed).exactly(T::zero()),
+            Some(last) => Named("speed", speed)
+                .finite()
+                .and_then(|speed| Named("speed", speed).increasing(last)),
         };
-        previous = Some(parameter::component(row, checked)?);
-        parameter::component(row, parameter::positive("torque", torque))?;
+        previous = Some(ParameterError::of_component(row, checked)?);
+        ParameterError::of_component(row, Named("torque", torque).positive())?;
     }
-    parameter::at_least("peak", parameter::finite("peak", peak)?, "one", T::one())?;
-    parameter::positive("fall_speed", fall_speed)?;
+    Named("peak", Named("peak", peak).finite()?).at_least("one", T::one())?;
+    Named("fall_speed", fall_speed).positive()?;
     let mut rows = tau_pos.iter().copied();
     let [_, start] = rows.next().unwrap_or([T::zero(); 2]);
     let mut landing = start;
     if let Some([speed, torque]) = rows.clone().next() {
-        parameter::below("fall_speed", fall_speed, "speed of the second row", speed)?;
+        Named("fall_speed", fall_speed).below("speed of the second row", speed)?;
         landing += (torque - start) * (fall_speed / speed);
     }
     let mut last = [fall_speed, landing];
@@ -428,12 +429,12 @@ impl<T: Scalar> LossyGear<T> {
         let Self { driving_efficiency: drive, back_driving_efficiency: back, .. } = *self;
         let (one, two) = (T::one(), lit::<T>(2.0));
         for (name, value) in [("driving_efficiency", drive), ("back_driving_efficiency", back)] {
-            parameter::positive(name, value)?;
-            parameter::at_most(name, value, "one", one)?;
+            Named(name, value).positive()?;
+            Named(name, value).at_most("one", one)?;
         }
-        let ratio = parameter::positive("ratio", self.ratio)?;
-        let first = parameter::non_negative("driving_friction", self.driving_friction)?;
-        let second = parameter::non_negative("back_driving_friction", self.back_driving_friction)?;
+        let ratio = Named("ratio", self.ratio).positive()?;
+        let first = Named("driving_friction", self.driving_friction).non_negative()?;
+        let second = Named("back_driving_friction", self.back_driving_friction).non_negative()?;
         // 1 − 2 η + η₁η₂, where roundings stand for zero.
         let share = |name, eta: T, bound, other: T| {
             let numerator = one - two * eta + drive * back;
@@ -441,7 +442,7 @@ impl<T: Scalar> LossyGear<T> {
             if numerator.abs() <= rounding {
                 return Ok(T::zero());
             }
-            parameter::at_most(name, eta, bound, one / (two - other))?;
+            Named(name, eta).at_most(bound, one / (two - other))?;
             Ok(numerator / (one - drive * back))
         };
         let bound = ("1/(2 - back_driving_efficiency)", "1/(2 - driving_efficiency)");
@@ -471,15 +472,15 @@ impl<T: Scalar> LossyGear<T> {
         velocity: T,
         ratio: T,
     ) -> Result<Self, ParameterError> {
-        parameter::positive("ratio", ratio)?;
-        let speed = parameter::positive("velocity", velocity.abs())?;
+        Named("ratio", ratio).positive()?;
+        let speed = Named("velocity", velocity.abs()).positive()?;
         let one = T::one();
         let coefficient = gear.model().stationary_coefficient(velocity).abs();
         let mu = gear.friction_scale() * coefficient;
         let TorqueLoadParameters { idle_load, motor_share, external_share } =
             gear.law().parameters();
-        let motor = parameter::below("mu k_m", mu * motor_share, "one", one)?;
-        let external = parameter::below("mu k_e", mu * external_share, "one", one)?;
+        let motor = Named("mu k_m", mu * motor_share).below("one", one)?;
+        let external = Named("mu k_e", mu * external_share).below("one", one)?;
         let beside = (mu * idle_load + gear.drag() * speed) / ratio;
         Ok(Self {
             driving_efficiency: (one - motor) / (one + external),
@@ -534,11 +535,11 @@ impl<T: Scalar> Presliding<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn bristle(&self) -> Result<KelvinVoigt<T>, ParameterError> {
-        let stiffness = parameter::positive("static_coefficient", self.static_coefficient)?
-            / parameter::positive("travel", self.travel)?;
-        let mass = parameter::positive("mass", self.mass)?;
-        let force = parameter::positive("normal_force", self.normal_force)?;
-        let ratio = parameter::non_negative("damping_ratio", self.damping_ratio)?;
+        let stiffness = Named("static_coefficient", self.static_coefficient).positive()?
+            / Named("travel", self.travel).positive()?;
+        let mass = Named("mass", self.mass).positive()?;
+        let force = Named("normal_force", self.normal_force).positive()?;
+        let ratio = Named("damping_ratio", self.damping_ratio).non_negative()?;
         let damping = lit::<T>(2.0) * ratio * (stiffness * mass / force).sqrt();
         KelvinVoigt::new(KelvinVoigtParameters {
             micro_stiffness: stiffness,

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use super::report::{Choice, FidelityError, Trial, Verdict};
 use super::scene::{Level, MOST_STEPS, Run, Scene};
 use bristle::Units;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 
 /// The error allowed, and what the search for the cheapest run may cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,8 +78,8 @@ const FEWEST_STEPS: usize = 4096;
 /// passes on why a run stopped. A reference that does not settle within the budget is
 /// [`FidelityError::Undetermined`].
 pub fn choose<S: Scene + ?Sized>(scene: &S, tolerance: Tolerance) -> Result<Choice, FidelityError> {
-    parameter::positive("tolerance.error", tolerance.error)?;
-    parameter::positive("tolerance.budget", tolerance.budget)?;
+    Named("tolerance.error", tolerance.error).positive()?;
+    Named("tolerance.budget", tolerance.budget).positive()?;
     let levels = scene.levels();
     let (&level, others) = levels.split_last().ok_or_else(|| none("levels"))?;
     let mut search = Search { scene, tolerance, fewest: scene.fewest_steps(), spent: 0.0 };
@@ -116,7 +116,7 @@ pub fn choose<S: Scene + ?Sized>(scene: &S, tolerance: Tolerance) -> Result<Choi
 }
 
 fn none(name: &'static str) -> ParameterError {
-    parameter::refused(name, 0.0, Rule::Count { least: 1 })
+    Named(name, 0.0).refused(Rule::Count { least: 1 })
 }
 
 /// A reference that has settled.

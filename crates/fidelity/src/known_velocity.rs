@@ -5,11 +5,11 @@ use alloc::vec::Vec;
 use super::scene::{Answers, Level, Run, Scene, check_run, direction, each_step, resolving};
 use super::{FidelityError, cost};
 use bristle::curve::FrictionCurve;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::Regularisation;
 use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use bristle::root::enclose;
-use bristle::scalar::{is_zero, larger, lit, to_f64};
+use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::signal::Signal;
 use bristle::{Bristle, Contact, Dahl, DahlParameters, Form, FrBd, Scalar};
 
@@ -99,20 +99,20 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         answers: Answers<T>,
     ) -> Result<Self, ParameterError> {
         let answers = answers.checked()?;
-        parameter::positive("normal_force", contact.normal_force())?;
+        Named("normal_force", contact.normal_force()).positive()?;
         // How fast the velocity changes: its root-mean-square rate over that of itself.
         let (mut rates, mut squares) = (T::zero(), T::zero());
-        let mut last = parameter::finite("velocity", velocity.value(T::zero()))?;
+        let mut last = Named("velocity", velocity.value(T::zero())).finite()?;
         for (index, time) in answers.times().enumerate() {
-            let checked = parameter::finite("velocity", velocity.value(time));
-            let now = parameter::component(index + 1, checked)?;
+            let checked = Named("velocity", velocity.value(time)).finite();
+            let now = ParameterError::of_component(index + 1, checked)?;
             rates += (now - last) * (now - last);
             squares += now * now;
             last = now;
         }
         let frequency =
             if is_zero(squares) { squares } else { (rates / squares).sqrt() / answers.interval };
-        let angular_frequency = larger(frequency, T::one() / answers.time(answers.count));
+        let angular_frequency = frequency.larger(T::one() / answers.time(answers.count));
         let dahl = dahl(&contact, &velocity, &answers)?;
         let lumped = None;
         Ok(Self { contact, lumped, dahl, velocity, answers, angular_frequency, steady: false })
@@ -242,7 +242,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
         let mut run = Run::default();
         for span in self.answers.spans() {
             for (step, look, _) in each_step(span, steps, |from, to| self.next_kink(from, to)) {
-                let velocity = parameter::finite("velocity", self.velocity.value(look))?;
+                let velocity = Named("velocity", self.velocity.value(look)).finite()?;
                 z = contact.hold(velocity, z, step).deflection;
                 run.count(1, costs.0);
             }

@@ -7,8 +7,8 @@ use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step, r
 use super::{FidelityError, cost};
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::ode::System;
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, smaller, to_f64};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::scene::MassSpringDamper;
 use bristle::signal::Signal;
 use bristle::{Bristle, Contact, Dahl, DahlParameters, Scalar};
@@ -87,14 +87,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         quantity: Quantity,
     ) -> Result<Self, ParameterError> {
         for (index, &state) in start.iter().enumerate() {
-            parameter::component(index, parameter::finite("start", state))?;
+            ParameterError::of_component(index, Named("start", state).finite())?;
         }
         let contact = system.contact();
-        let normal_force = parameter::positive("normal_force", contact.normal_force())?;
+        let normal_force = Named("normal_force", contact.normal_force()).positive()?;
         let micro_stiffness = contact.model().storage_stiffness();
         let deflection = contact.model().limits(T::zero()).deflection.unwrap_or_else(T::zero);
         let breakaway =
-            parameter::positive("breakaway force", normal_force * micro_stiffness * deflection)?;
+            Named("breakaway force", normal_force * micro_stiffness * deflection).positive()?;
         let dynamic_coefficient = breakaway / normal_force;
         let dahl = Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness })?;
         let dahl = contact.with_model(dahl);
@@ -104,7 +104,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
 
     /// f + k (V t − x) \[N\].
     fn applied(&self, time: T, state: &Vector3<T>) -> Result<T, ParameterError> {
-        let force = parameter::finite("force", self.system.force().value(time))?;
+        let force = Named("force", self.system.force().value(time)).finite()?;
         Ok(force + self.system.spring_force(time, state))
     }
 
@@ -174,7 +174,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         self.stepped(steps, mean_velocity, |time, state, run| {
             if is_zero(state[1]) {
                 let applied = self.applied(time, state)?;
-                return Ok(larger(smaller(applied, self.breakaway), -self.breakaway));
+                return Ok(applied.smaller(self.breakaway).larger(-self.breakaway));
             }
             Ok(curve(state[1], run))
         })
@@ -240,7 +240,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
     /// its fastest velocity.
     fn physics(&self, level: Level, steps: u32) -> Option<(&'static str, f64)> {
         let (_, states) = self.motion(Level::REFERENCE_COMPANION, steps).ok()?;
-        let most = |of: &dyn Fn(&Vector3<T>) -> T| states.iter().map(of).fold(T::zero(), larger);
+        let most = |of: &dyn Fn(&Vector3<T>) -> T| states.iter().map(of).fold(T::zero(), T::larger);
         Some(match level {
             Level::TRUE_REST => {
                 let farthest = most(&|state| (state[0] - self.start[0]).abs());

@@ -4,8 +4,8 @@ use alloc::vec::Vec;
 
 use super::scene::{Answers, Level, Run, Scene, check_run, each_step, resolving};
 use super::{FidelityError, cost};
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{larger, lit, smaller, to_f64};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::{lit, to_f64};
 use bristle::signal::Signal;
 use bristle::{Bristle, Scalar};
 use bristle_rolling::{Motion, Patch, PolynomialExponential};
@@ -35,7 +35,7 @@ impl Level {
 ///
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
 /// .under_load(4000.0)?; // N
@@ -80,15 +80,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: 
         answers: Answers<T>,
     ) -> Result<Self, ParameterError> {
         let answers = answers.checked()?;
-        parameter::positive("normal_force", patch.normal_force())?;
+        Named("normal_force", patch.normal_force()).positive()?;
         // What a constant pressure in adhesion has, until it is known.
         let relaxation_length = patch.length() / lit(3.0);
         let mut scene = Self { patch, motion, answers, steady: false, relaxation_length };
         let (mut slip, mut rolling) = (T::zero(), T::zero());
         for answer in 0..=answers.count {
             let Motion { slip_velocity, rolling_speed } = scene.at(answers.time(answer));
-            slip += parameter::finite("slip_velocity", slip_velocity)?.abs();
-            rolling += parameter::non_negative("rolling_speed", rolling_speed)?;
+            slip += Named("slip_velocity", slip_velocity).finite()?.abs();
+            rolling += Named("rolling_speed", rolling_speed).non_negative()?;
         }
         let count = lit(1.0 + answers.count as f64);
         let found = [slip / count, T::zero()].map(|slip| scene.lag_about(slip, rolling / count));
@@ -129,8 +129,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: 
 
     fn next_kink(&self, from: T, to: T) -> Option<T> {
         let Motion { slip_velocity, rolling_speed } = &self.motion;
-        let kinks = [slip_velocity.next_kink(from, to), rolling_speed.next_kink(from, to)];
-        bristle::signal::first_between(kinks.into_iter().flatten(), from, to)
+        let first = slip_velocity.next_kink(from, to);
+        rolling_speed.next_kink(from, first.unwrap_or(to)).or(first)
     }
 
     fn slip_curve(&self, run: &mut Run) -> Result<(), FidelityError> {
@@ -206,10 +206,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: 
     fn fewest_steps(&self) -> u32 {
         let Motion { slip_velocity, rolling_speed } = &self.motion;
         let longest = [slip_velocity.longest_step(), rolling_speed.longest_step()];
-        let longest = longest.into_iter().flatten().reduce(smaller);
+        let longest = longest.into_iter().flatten().reduce(T::smaller);
         let spans = self.answers.spans();
         let stepped = spans.map(|(last, time)| time - self.last_transit(last, time, 1));
-        resolving(stepped.fold(T::zero(), larger), longest)
+        resolving(stepped.fold(T::zero(), T::larger), longest)
     }
 
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {

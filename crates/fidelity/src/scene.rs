@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::FidelityError;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::scalar::{lit, to_f64};
 use bristle::{Branch, Scalar};
 
@@ -173,7 +173,7 @@ fn count(name: &'static str, value: usize, most: usize) -> Result<usize, Paramet
     if (1..=most).contains(&value) {
         return Ok(value);
     }
-    Err(parameter::refused(name, value as f64, Rule::CountBetween { least: 1, most }))
+    Err(Named(name, value as f64).refused(Rule::CountBetween { least: 1, most }))
 }
 
 /// The steps over a time that are none longer than an input allows
@@ -202,7 +202,7 @@ pub struct Answers<T> {
 
 impl<T: Scalar> Answers<T> {
     pub(super) fn checked(self) -> Result<Self, ParameterError> {
-        let interval = parameter::positive("interval", self.interval)?;
+        let interval = Named("interval", self.interval).positive()?;
         Ok(Self { interval, count: count("answers", self.count, MOST_ANSWERS)? })
     }
 

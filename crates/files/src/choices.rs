@@ -1,10 +1,11 @@
 //! What a file chooses from beside the choices of the library.
 
 use bristle::curve::AnyCurve;
+use bristle::parameter::Named;
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::{KelvinVoigtParameters, MaxwellArm, ZenerParameters};
+use bristle::serialisation;
 use bristle::signal::{AnySignal, Polyline, Sine, Vertex};
-use bristle::{parameter, serialisation};
 use bristle_joint::{
     CurrentMotor, Gravity, JointInput, JointInputValue, JointMotion, PositionControl, VoltageMotor,
 };
@@ -111,7 +112,7 @@ pub(crate) enum Input {
 }
 
 fn constant<'de, D: Deserializer<'de>>(of: D) -> std::result::Result<f64, D::Error> {
-    serialisation::read(of, |constant| parameter::finite("constant", constant))
+    serialisation::read(of, |constant| Named("constant", constant).finite())
 }
 
 /// The motor of a joint: a torque [N m], a current [A] or a voltage [V].

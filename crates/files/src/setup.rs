@@ -270,10 +270,12 @@ impl SolverSetup {
 
     /// Integrates a system, and makes a row of each sample.
     ///
+    /// Behind a pointer, so that systems of as many states share the compiled solver.
+    ///
     /// A run of fixed steps is repeated with half the step: what that changes is its error.
-    pub(crate) fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
+    pub(crate) fn run<const N: usize, const K: usize>(
         &self,
-        system: &S,
+        system: &dyn System<f64, N, K>,
         start: SVector<f64, N>,
         columns: Vec<Column>,
         row: impl Fn(f64, &SVector<f64, N>) -> Vec<f64>,
@@ -291,9 +293,9 @@ impl SolverSetup {
     }
 
     /// Integrates a system with fixed steps or with the tolerance.
-    fn trajectory<S: System<f64, N, K>, const N: usize, const K: usize>(
+    fn trajectory<const N: usize, const K: usize>(
         &self,
-        system: &S,
+        system: &dyn System<f64, N, K>,
         start: SVector<f64, N>,
         step: Option<f64>,
     ) -> Result<Trajectory<f64, N>> {
@@ -312,7 +314,7 @@ impl SolverSetup {
             // With more parts than this between reversals, it is the step that makes them.
             (None, Some(step)) => (10_000 + (10.0 * self.end / step) as u64, rows),
         };
-        let solved = solver.with_most_steps(most).solve(system, 0.0..self.end, start, output);
+        let solved = solver.with_most_steps(most).solve(&system, 0.0..self.end, start, output);
         let failure = match solved {
             Ok(run) => return Ok(run),
             Err(failure) => failure,

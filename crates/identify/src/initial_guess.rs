@@ -22,7 +22,7 @@ use core::ops::RangeInclusive;
 
 use super::Log;
 use super::log::{median, pairs, quantile, range, span};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 
 /// The range of nearly all rows is that between this share and the same share from the top: a few
 /// bad rows do not change it.
@@ -91,19 +91,19 @@ impl InitialGuess {
         let (low, high) = bulk(&mut log.coefficient.clone());
         let (swing, middle) = (high - low, 0.5 * (high + low));
         let rule = "not stay there all along: does the sensor work?";
-        parameter::stated("friction/normal_force", middle, swing > 0.0, rule)?;
+        Named("friction/normal_force", middle).stated(swing > 0.0, rule)?;
 
         let longest = strokes.iter().map(|stroke| stroke.travel.abs()).fold(0.0, f64::max);
         // The first stroke does not begin with a reversal.
         let halves = strokes.iter().skip(1).filter_map(|stroke| stroke.half_turn(swing));
         let half = median(&mut halves.collect::<Vec<f64>>());
         let stretch = "the distance over which a bristle turns the force";
-        let needed = STRETCH * parameter::positive("distance to half of the swing", half)?;
-        parameter::at_least("longest stroke", longest, stretch, needed)?;
+        let needed = STRETCH * Named("distance to half of the swing", half).positive()?;
+        Named("longest stroke", longest).at_least(stretch, needed)?;
         let offset_free: Vec<f64> = log.coefficient.iter().map(|mu| mu - middle).collect();
         let work = log.work(&offset_free);
         let rule = "not be negative, as if friction drove the motion: is its sign right?";
-        parameter::stated("work of friction over the normal force", work, work >= 0.0, rule)?;
+        Named("work of friction over the normal force", work).stated(work >= 0.0, rule)?;
 
         let breakaway = half / core::f64::consts::LN_2;
         let passed = f64::min(SETTLED * breakaway, SKIPPED * longest);
@@ -146,7 +146,7 @@ impl Stroke {
         let strokes = strokes(position, f64::max(noise, TURN * (last - first)));
         let reversals = strokes.len().saturating_sub(1);
         let rule = "be at least 1: a turn by more than its noise and 1/1000 of the travel";
-        parameter::stated("number of reversals", reversals as f64, reversals > 0, rule)?;
+        Named("number of reversals", reversals as f64).stated(reversals > 0, rule)?;
         let one = |rows: RangeInclusive<usize>| {
             let columns = position.iter().zip(&log.coefficient).zip(&log.velocity);
             let columns = columns.map(|((&x, &mu), &v)| (x, mu, v));

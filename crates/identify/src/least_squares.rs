@@ -7,7 +7,7 @@ use super::residuals::{Parameter, Residuals};
 use super::triangle::Triangle;
 use super::uncertainty::assess;
 use super::{Fit, SearchOutcome};
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 
 /// SearchSettings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,12 +90,12 @@ pub(super) fn minimise<R: Objective>(
     settings: &SearchSettings,
     progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
-    parameter::non_negative("tolerance", settings.tolerance)?;
+    Named("tolerance", settings.tolerance).non_negative()?;
     let problem = &Problem::new(residuals, parameters)?;
     // With the model's own error, if it refuses the start.
     residuals.evaluate(&problem.values(&problem.start), &mut |_: f64| ())?;
     let cost = problem.cost(&problem.start);
-    parameter::check("sum of squares at the start", cost, cost.is_finite(), Rule::Finite)?;
+    Named("sum of squares at the start", cost).check(cost.is_finite(), Rule::Finite)?;
     let mut search = |number, point| {
         let (cost, outcome) = (problem.cost(&point), SearchOutcome::IterationLimit);
         let (iterations, rows) = (0, 1);

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 
 /// Fewest rows of a log.
 pub(super) const FEWEST: usize = 20;
@@ -119,10 +119,10 @@ impl Log {
     pub fn new(parameters: LogParameters<'_>) -> Result<Self, LogError> {
         let LogParameters { time, motion, friction, normal_force } = parameters;
         let time = times(time)?;
-        let finite = |name, values| column(name, values, time.len(), parameter::finite);
+        let finite = |name, values| column(name, values, time.len(), Named::finite);
         let mut coefficient = finite("friction", friction)?;
         if let Some(normal) = normal_force {
-            let normal = column("normal_force", normal, time.len(), parameter::positive)?;
+            let normal = column("normal_force", normal, time.len(), Named::positive)?;
             coefficient.iter_mut().zip(normal).for_each(|(f, p)| *f /= p);
         }
         let (along, is_position) = match motion {
@@ -149,20 +149,20 @@ impl Log {
     /// Refuses what only a mistake in units explains.
     fn check_magnitudes(&self, normalised: bool) -> Result<(), LogError> {
         let rule = "lie between -10000 and 10000 m/s (units?)";
-        let usual = |name, v: f64| parameter::stated(name, v, v.abs() <= FASTEST, rule);
+        let usual = |v: Named<f64>| v.stated(v.1.abs() <= FASTEST, rule);
         column("velocity", &self.held, self.len(), usual)?;
         if normalised {
             let name = "the median of |friction|/normal_force";
             let mut sizes: Vec<f64> = self.coefficient.iter().map(|mu| mu.abs()).collect();
             let median = median(&mut sizes);
             let (least, most) = COEFFICIENTS;
-            parameter::stated(name, median, median >= least, "be at least 0.0001 (units?)")?;
-            parameter::stated(name, median, median <= most, "be at most 100 (units?)")?;
+            Named(name, median).stated(median >= least, "be at least 0.0001 (units?)")?;
+            Named(name, median).stated(median <= most, "be at most 100 (units?)")?;
         }
         let (least, most) = range(&self.positions());
         let travel = most - least;
         let rule = "be at least 1e-9 (units?)";
-        parameter::stated("the travel in m", travel, travel >= SHORTEST, rule)?;
+        Named("the travel in m", travel).stated(travel >= SHORTEST, rule)?;
         Ok(())
     }
 
@@ -173,7 +173,7 @@ impl Log {
     ///
     /// Refuses a duration that is negative or not finite.
     pub fn settling(self, duration: f64) -> Result<Self, ParameterError> {
-        Ok(Self { settle: parameter::non_negative("settling time", duration)?, ..self })
+        Ok(Self { settle: Named("settling time", duration).non_negative()?, ..self })
     }
 
     /// The rows with from ≤ t ≤ to \[s\]; the settling time begins anew.
@@ -262,20 +262,20 @@ pub(super) fn span(time: &[f64]) -> f64 {
 
 /// The rows with from ≤ t ≤ to; at least as many as a log has.
 pub(super) fn window(time: &[f64], from: f64, to: f64) -> Result<Range<usize>, LogError> {
-    parameter::number("from", from)?;
-    parameter::number("to", to)?;
+    Named("from", from).number()?;
+    Named("to", to).number()?;
     let first = time.partition_point(|&t| t < from);
     let end = time.partition_point(|&t| t <= to).max(first);
-    parameter::count("time", end - first, FEWEST)?;
+    Named("time", end - first).count(FEWEST)?;
     Ok(first..end)
 }
 
 /// Times, if there are enough of them and they increase.
 pub(super) fn times(time: &[f64]) -> Result<Vec<f64>, LogError> {
-    parameter::count("time", time.len(), FEWEST)?;
-    let time = column("time", time, time.len(), parameter::finite)?;
+    Named("time", time.len()).count(FEWEST)?;
+    let time = column("time", time, time.len(), Named::finite)?;
     for (row, (before, value)) in pairs(&time).enumerate() {
-        parameter::component(row + 1, parameter::increasing("time", value, before))?;
+        ParameterError::of_component(row + 1, Named("time", value).increasing(before))?;
     }
     Ok(time)
 }
@@ -283,7 +283,7 @@ pub(super) fn times(time: &[f64]) -> Result<Vec<f64>, LogError> {
 /// Refuses a column without a value for each row.
 pub(super) fn length(name: &'static str, count: usize, rows: usize) -> Result<(), LogError> {
     let rule = Rule::CountBetween { least: rows, most: rows };
-    parameter::check(name, count as f64, count == rows, rule)?;
+    Named(name, count as f64).check(count == rows, rule)?;
     Ok(())
 }
 
@@ -292,10 +292,10 @@ pub(super) fn column(
     name: &'static str,
     values: &[f64],
     rows: usize,
-    check: impl Fn(&'static str, f64) -> Result<f64, ParameterError>,
+    check: impl Fn(Named<f64>) -> Result<f64, ParameterError>,
 ) -> Result<Vec<f64>, LogError> {
     length(name, values.len(), rows)?;
-    let checked = |(row, &value)| Ok(parameter::component(row, check(name, value))?);
+    let checked = |(row, &value)| Ok(ParameterError::of_component(row, check(Named(name, value)))?);
     values.iter().enumerate().map(checked).collect()
 }
 

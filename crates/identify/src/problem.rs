@@ -11,7 +11,7 @@ use super::Identifiability;
 use super::residuals::{Parameter, Residuals, within};
 use super::triangle::Triangle;
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 
 /// Values of the search variables.
 pub(super) type Point = DVector<f64>;
@@ -55,7 +55,7 @@ impl<R: Residuals<N>, const N: usize> Objective for Counted<'_, R, N> {
     ) -> Result<(), ParameterError> {
         match values.try_into() {
             Ok(values) => self.0.evaluate(values, each),
-            Err(_) => parameter::count("parameters", values.len(), N),
+            Err(_) => Named("parameters", values.len()).count(N),
         }
     }
 }
@@ -102,13 +102,13 @@ impl<'a, R: Objective> Problem<'a, R> {
         parameters: &'a [Parameter],
     ) -> Result<Self, ParameterError> {
         for &Parameter { name, start, least, most, typical, .. } in parameters {
-            parameter::finite(name, least)?;
-            parameter::finite(name, most)?;
+            Named(name, least).finite()?;
+            Named(name, most).finite()?;
             let inside = least <= start && start <= most;
-            parameter::check(name, start, inside, Rule::Between { least, most })?;
+            Named(name, start).check(inside, Rule::Between { least, most })?;
             let unit = typical.unwrap_or(least);
             let rule = "have a positive lower bound or typical magnitude";
-            parameter::stated(name, unit, unit > 0.0 && unit.is_finite(), rule)?;
+            Named(name, unit).stated(unit > 0.0 && unit.is_finite(), rule)?;
         }
         let point = |of: fn(&Parameter) -> f64| {
             let coordinates = parameters.iter().map(|p| p.coordinate(of(p)));

@@ -2,7 +2,7 @@
 
 use core::ops::RangeInclusive;
 
-use bristle::parameter::smallest;
+use bristle::parameter::Named;
 use bristle::{ParameterError, Scalar};
 
 /// A parameter to be found: its name, its bounds, and where the search starts.
@@ -27,7 +27,7 @@ impl Parameter {
     /// A positive parameter on a logarithmic scale, with bounds at a factor below and above its
     /// start, as far as a parameter may go: to 10⁻¹⁰⁰ and 10¹⁰⁰.
     pub fn positive(name: &'static str, unit: &'static str, start: f64, factor: f64) -> Self {
-        let least = smallest::<f64>();
+        let least = Named::<f64>::smallest();
         let bounds = (start / factor).max(least)..=(start * factor).min(1.0 / least);
         Self::logarithmic(name, unit, start, bounds)
     }

@@ -9,7 +9,7 @@ use super::log::FEWEST;
 use super::residuals::{Parameter, Residuals, within};
 use super::triangle::Triangle;
 use super::{Candidate, Fit, Log, Remark, SearchProgress, SearchSettings, least_squares};
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
 
@@ -26,7 +26,7 @@ impl<'a, C> Along<'a, C> {
     /// Checks that enough rows count for so many parameters.
     fn new(candidate: &'a C, log: &'a Log, parameters: usize) -> Result<Self, ParameterError> {
         let counted = log.len() - log.settled();
-        parameter::count("rows after settling", counted, FEWEST.max(parameters + 1))?;
+        Named("rows after settling", counted).count(FEWEST.max(parameters + 1))?;
         let (low, high) = bulk(&mut log.coefficient.clone());
         let first = within(log.coefficient.first().copied().unwrap_or(0.0), low, high);
         Ok(Self { candidate, log, first })
@@ -201,12 +201,12 @@ pub fn predict<C: Candidate<N>, const N: usize>(
     log: &Log,
 ) -> Result<Vec<f64>, ParameterError> {
     let rule = Rule::CountBetween { least: N, most: N };
-    let count = || parameter::refused("values", values.len() as f64, rule);
+    let count = || Named("values", values.len() as f64).refused(rule);
     let values: &[f64; N] = values.try_into().map_err(|_| count())?;
     let mut coefficients = Vec::with_capacity(log.len());
     Along::new(candidate, log, N)?.run(values, |model: f64| coefficients.push(model))?;
     for (row, &mu) in coefficients.iter().enumerate() {
-        parameter::component(row, parameter::finite("friction of the model", mu))?;
+        ParameterError::of_component(row, Named("friction of the model", mu).finite())?;
     }
     Ok(coefficients)
 }

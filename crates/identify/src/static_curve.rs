@@ -26,7 +26,7 @@ use bristle::curve::{
     AnyCurve, FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck,
     StribeckParameters,
 };
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 
 /// Fewest points of a curve: its four parameters, and as many again to judge them by.
@@ -173,10 +173,10 @@ impl InitialGuess {
         shape: CurveShape,
         points: &[SlidingPoint],
     ) -> Result<Fit, ParameterError> {
-        parameter::count("points", points.len(), FEWEST_POINTS)?;
+        Named("points", points.len()).count(FEWEST_POINTS)?;
         for (row, point) in points.iter().enumerate() {
             for (name, value) in [("speed", point.speed), ("coefficient", point.coefficient)] {
-                parameter::component(row, parameter::finite(name, value))?;
+                ParameterError::of_component(row, Named(name, value).finite())?;
             }
         }
         let every = points.len().div_ceil(MOST_POINTS);

@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use bristle::number::number;
-use bristle::parameter::{self, ParameterError};
+use bristle::number::Number;
+use bristle::parameter::{Named, ParameterError};
 use bristle::{Branch, Bristle, Scalar};
 
 use crate::{GearFriction, GearTorques, LoadLaw, TorqueLoad};
@@ -80,8 +80,8 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     ///
     /// Refuses a velocity of zero, an external torque that is not positive, and what is not finite.
     pub fn audit(&self, velocity: T, external_torque: T) -> Result<GearAudit<T>, ParameterError> {
-        parameter::positive("velocity", velocity.abs())?;
-        parameter::positive("external_torque", external_torque)?;
+        Named("velocity", velocity.abs()).positive()?;
+        Named("external_torque", external_torque).positive()?;
         let (zero, one) = (T::zero(), T::one());
         let direction = if velocity > zero { Branch::Forward } else { Branch::Backward };
         let coefficient = |mu: T| self.friction_scale() * mu.abs();
@@ -119,23 +119,23 @@ const NAME: usize = 19;
 
 impl<T: Scalar> fmt::Display for GearAudit<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (velocity, torque) = (number(self.velocity), number(self.external_torque));
+        let (velocity, torque) = (Number::of(self.velocity), Number::of(self.external_torque));
         write!(f, "audit of a gear at {velocity:.5} rad/s ")?;
         writeln!(f, "and an external torque of {torque:.5} N m")?;
         write!(f, "{:<NAME$} ", "self-locking")?;
         match self.back_driving_torque {
-            Some(from) => write!(f, "no, moves by itself from {:.5} N m on; ", number(from))?,
+            Some(from) => write!(f, "no, moves by itself from {:.5} N m on; ", Number::of(from))?,
             None if self.locking >= T::one() => write!(f, "yes: ")?,
             None => write!(f, "AT REST ONLY: ")?,
         }
-        let (rest, motion) = (number(self.static_locking), number(self.locking));
+        let (rest, motion) = (Number::of(self.static_locking), Number::of(self.locking));
         writeln!(f, "μ_s k_e = {rest:.5}, μ k_e = {motion:.5}")?;
         let mut row = |name, torque, efficiency, verb, largest, none| {
             write!(f, "{name:<NAME$} ")?;
             let (Some(torque), Some(efficiency)) = (torque, efficiency) else {
                 return writeln!(f, "{none}");
             };
-            let [torque, efficiency, largest] = [torque, efficiency, largest].map(number::<T>);
+            let [torque, efficiency, largest] = [torque, efficiency, largest].map(Number::of::<T>);
             writeln!(
                 f,
                 "{torque:.5} N m{verb}; efficiency {efficiency:.5}, at large torques {largest:.5}"

@@ -1,7 +1,8 @@
 //! Gears, motors and joints in files.
 
+use bristle::parameter::Named;
 use bristle::serialisation::read;
-use bristle::{Bristle, Scalar, parameter, serialised_as};
+use bristle::{Bristle, Scalar, serialised_as};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{
@@ -18,7 +19,7 @@ macro_rules! finite {
             T: Scalar + Deserialize<'de>,
             D: Deserializer<'de>,
         {
-            read(deserializer, |value: T| parameter::finite(stringify!($name), value))
+            read(deserializer, |value: T| Named(stringify!($name), value).finite())
         }
     )*};
 }

@@ -48,7 +48,7 @@
 use core::fmt::Debug;
 
 use bristle::companion::{Companion, CompanionStep, CompletedStep};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::Deflection;
 use bristle::{Bristle, Contact, LoadChange, Reloaded, Scalar, Surface};
 
@@ -132,9 +132,9 @@ impl<T: Scalar> TorqueLoad<T> {
     ///
     /// Refuses a parameter that is negative or not finite.
     pub fn new(parameters: TorqueLoadParameters<T>) -> Result<Self, ParameterError> {
-        parameter::non_negative("idle_load", parameters.idle_load)?;
-        parameter::non_negative("motor_share", parameters.motor_share)?;
-        parameter::non_negative("external_share", parameters.external_share)?;
+        Named("idle_load", parameters.idle_load).non_negative()?;
+        Named("motor_share", parameters.motor_share).non_negative()?;
+        Named("external_share", parameters.external_share).non_negative()?;
         Ok(Self { parameters })
     }
 
@@ -258,12 +258,12 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         let GearFrictionParameters { friction, load: law, reference_load, drag, fastest } =
             parameters;
         let zero = T::zero();
-        parameter::non_negative("load", law.load(GearTorques { motor: zero, external: zero }))?;
-        let reference_load = parameter::positive("reference_load", reference_load)?;
+        Named("load", law.load(GearTorques { motor: zero, external: zero })).non_negative()?;
+        let reference_load = Named("reference_load", reference_load).positive()?;
         Ok(Self {
             companion: friction.under_load(reference_load)?.companion(fastest)?,
             law,
-            drag: parameter::non_negative("drag", drag)?,
+            drag: Named("drag", drag).non_negative()?,
             friction_scale: T::one(),
             drag_scale: T::one(),
         })
@@ -327,7 +327,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     /// Refuses a scale that is negative or not finite; nothing has changed.
     #[inline]
     pub fn set_friction_scale(&mut self, scale: T) -> Result<(), ParameterError> {
-        self.friction_scale = parameter::non_negative("friction_scale", scale)?;
+        self.friction_scale = Named("friction_scale", scale).non_negative()?;
         Ok(())
     }
 
@@ -338,7 +338,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     /// Refuses a scale that is negative or not finite; nothing has changed.
     #[inline]
     pub fn set_drag_scale(&mut self, scale: T) -> Result<(), ParameterError> {
-        self.drag_scale = parameter::non_negative("drag_scale", scale)?;
+        self.drag_scale = Named("drag_scale", scale).non_negative()?;
         Ok(())
     }
 
@@ -357,7 +357,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         before: LoadedDeflection<T, M::Deflection>,
         duration: T,
     ) -> Result<GearStep<T, M::Deflection>, ParameterError> {
-        let load = parameter::non_negative("load", self.load(torques))?;
+        let load = Named("load", self.load(torques)).non_negative()?;
         let change = LoadChange { before: before.load, after: load };
         let contact = self.contact();
         let Reloaded { deflection, dissipated } =

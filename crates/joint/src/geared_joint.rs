@@ -36,8 +36,8 @@ use crate::input::{JointInput, JointInputValue, JointMotion};
 use crate::{GearFriction, GearTorques, LoadLaw, LoadedDeflection};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{larger, lit, smaller};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::lit;
 use bristle::{Branch, Bristle, Scalar};
 
 /// Parameters of [`GearedJoint`].
@@ -212,7 +212,7 @@ where
         let beginning = JointMotion { time: zero, angle: zero, velocity: zero };
         parameters.motor.at(beginning).check("motor")?;
         parameters.external.at(beginning).check("external")?;
-        parameter::positive("inertia", parameters.inertia)?;
+        Named("inertia", parameters.inertia).positive()?;
         Ok(Self { parameters })
     }
 
@@ -309,7 +309,7 @@ where
     fn longest_step(&self) -> Option<T> {
         let GearedJointParameters { motor, external, .. } = &self.parameters;
         let steps = [motor.longest_step(), external.longest_step()];
-        steps.into_iter().flatten().reduce(smaller)
+        steps.into_iter().flatten().reduce(T::smaller)
     }
 
     /// The deflection at breakaway for angle and deflection, and the speed at which the joint
@@ -318,7 +318,7 @@ where
         let contact = self.gear().contact();
         let deflection = contact.model().limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
         let stiffness = contact.reference_load() * contact.model().storage_stiffness();
-        let stiffness = larger(stiffness, T::default_epsilon());
+        let stiffness = stiffness.larger(T::default_epsilon());
         let velocity = (stiffness / self.parameters.inertia).sqrt() * deflection;
         Vector3::new(deflection, velocity, deflection)
     }

@@ -22,7 +22,7 @@
 use core::fmt::Debug;
 
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 use bristle::signal::{AnySignal, Function, Polyline, Signal, Sine, Vertex};
 #[cfg(feature = "serde")]
@@ -61,7 +61,7 @@ impl<T: Scalar> JointInputValue<T> {
     pub(super) fn check(self, name: &'static str) -> Result<(), ParameterError> {
         let Self { value, by_angle, by_velocity } = self;
         let mut all = [value, by_angle, by_velocity].into_iter();
-        all.try_for_each(|number| parameter::finite(name, number).map(drop))
+        all.try_for_each(|number| Named(name, number).finite().map(drop))
     }
 
     /// This value times a factor.
@@ -236,7 +236,7 @@ impl<T: Scalar, I: JointInput<T>> CurrentMotor<T, I> {
     ///
     /// Refuses a torque constant or a largest current that is not positive.
     pub fn new(parameters: CurrentMotorParameters<T, I>) -> Result<Self, ParameterError> {
-        parameter::positive("torque_constant", parameters.torque_constant)?;
+        Named("torque_constant", parameters.torque_constant).positive()?;
         positive("largest_current", parameters.largest_current)?;
         Ok(Self { parameters })
     }
@@ -313,8 +313,8 @@ impl<T: Scalar, U: JointInput<T>> VoltageMotor<T, U> {
     ///
     /// Refuses a torque constant, a resistance or a limit that is not positive.
     pub fn new(parameters: VoltageMotorParameters<T, U>) -> Result<Self, ParameterError> {
-        parameter::positive("torque_constant", parameters.torque_constant)?;
-        parameter::positive("resistance", parameters.resistance)?;
+        Named("torque_constant", parameters.torque_constant).positive()?;
+        Named("resistance", parameters.resistance).positive()?;
         positive("largest_voltage", parameters.largest_voltage)?;
         positive("largest_current", parameters.largest_current)?;
         Ok(Self { parameters })
@@ -351,5 +351,5 @@ impl<T: Scalar, U: JointInput<T>> JointInput<T> for VoltageMotor<T, U> {
 
 /// Checks a limit, if there is one.
 fn positive<T: Scalar>(name: &'static str, limit: Option<T>) -> Result<(), ParameterError> {
-    limit.map_or(Ok(()), |limit| parameter::positive(name, limit).map(drop))
+    limit.map_or(Ok(()), |limit| Named(name, limit).positive().map(drop))
 }

@@ -25,9 +25,9 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{PlaneBristle, PlaneContact};
 use bristle::ode::{Linearisation, System};
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, smaller};
-use bristle::signal::{Signal, first_between};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::{is_zero, lit};
+use bristle::signal::Signal;
 use bristle::{Branch, Mechanism, Scalar};
 
 /// Parameters of [`PlaneBody`].
@@ -111,13 +111,13 @@ where
     pub fn new(parameters: PlaneBodyParameters<T, M, N, A, F>) -> Result<Self, ParameterError> {
         let PlaneBodyParameters { mechanisms, anchor, force, .. } = &parameters;
         for axis in 0..N {
-            parameter::component(axis, mechanisms[axis].checked())?;
+            ParameterError::of_component(axis, mechanisms[axis].checked())?;
             let start = [
                 ("anchor", anchor[axis].value(T::zero())),
                 ("force", force[axis].value(T::zero())),
             ];
             for (name, value) in start {
-                parameter::component(axis, parameter::finite(name, value))?;
+                ParameterError::of_component(axis, Named(name, value).finite())?;
             }
         }
         Ok(Self { parameters })
@@ -181,9 +181,12 @@ where
     /// The next time at which an anchor or a force is not smooth.
     fn kink(&self, time: T, towards: T) -> Option<T> {
         let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
-        let anchors = anchor.iter().filter_map(|anchor| anchor.next_kink(time, towards));
-        let forces = force.iter().filter_map(|force| force.next_kink(time, towards));
-        first_between(anchors.chain(forces), time, towards)
+        let first = anchor
+            .iter()
+            .fold(None, |first, anchor| anchor.next_kink(time, first.unwrap_or(towards)).or(first));
+        force
+            .iter()
+            .fold(first, |first, force| force.next_kink(time, first.unwrap_or(towards)).or(first))
     }
 
     /// Deflection: at breakaway. Position: the stretch of the spring at breakaway, without a spring
@@ -196,7 +199,7 @@ where
             let Mechanism { mass, spring_stiffness, .. } = mechanisms[i];
             let deflection = limits.map_or_else(|| lit(1e-6), |limits| limits[i]);
             let bristle = stiffness * contact.normal_force();
-            let breakaway = larger(bristle * deflection, T::default_epsilon());
+            let breakaway = (bristle * deflection).larger(T::default_epsilon());
             let spring = if is_zero(spring_stiffness) { bristle } else { spring_stiffness };
             let stretch = if is_zero(spring_stiffness) { deflection } else { breakaway / spring };
             scales[i] = stretch;
@@ -247,7 +250,9 @@ macro_rules! system {
             fn longest_step(&self) -> Option<T> {
                 let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
                 let anchors = anchor.iter().filter_map(|anchor| anchor.longest_step());
-                anchors.chain(force.iter().filter_map(|force| force.longest_step())).reduce(smaller)
+                anchors
+                    .chain(force.iter().filter_map(|force| force.longest_step()))
+                    .reduce(T::smaller)
             }
 
             fn scales(&self) -> SVector<T, $states> {

@@ -11,8 +11,7 @@ use nalgebra::SVector;
 use super::surface::norm;
 use super::{PlaneBristle, PlaneContact};
 use bristle::companion::{CompanionStep, CompletedStep, PointMass};
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::unlimited;
+use bristle::parameter::{Named, ParameterError};
 use bristle::{LoadChange, Reloaded, Scalar};
 
 impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
@@ -24,9 +23,9 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     ///
     /// Refuses a speed that is negative or not finite.
     pub fn companion(self, fastest: T) -> Result<PlaneCompanion<T, M, N>, ParameterError> {
-        let fastest = parameter::non_negative("fastest", fastest)?;
+        let fastest = Named("fastest", fastest).non_negative()?;
         let limit = self.model().limits(fastest).deflection;
-        let limit = limit.unwrap_or_else(|| SVector::repeat(unlimited()));
+        let limit = limit.unwrap_or_else(|| SVector::repeat(T::unlimited()));
         Ok(PlaneCompanion { contact: self, fastest, limit })
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::PlaneBristle;
 use bristle::parameter::ParameterError;
-use bristle::scalar::{is_zero, lit, nan};
+use bristle::scalar::{is_zero, lit};
 use bristle::{
     Bristle, Contact, ContactResponse, HeldContact, LoadChange, Reloaded, Scalar, Surface,
 };
@@ -152,7 +152,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     ) -> ContactResponse<SVector<T, N>> {
         let mut loaded = self.clone();
         if loaded.contact.change_load(normal_force).is_err() {
-            let none = SVector::repeat(nan());
+            let none = SVector::repeat(T::nan());
             return ContactResponse { rate: none, force: none };
         }
         let utilisation = loaded.utilisation(velocity, deflection);

@@ -26,8 +26,8 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
 use bristle::companion::CompletedStep;
-use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::{is_zero, larger, lit, nan};
+use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Reloaded, Scalar};
 
 /// A point of a [`Footprint`].
@@ -183,12 +183,13 @@ where
         let mut sum = T::zero();
         for (number, point) in points.as_ref().iter().enumerate() {
             let [x, y] = point.place;
-            let checked = parameter::finite("place", x)
-                .and_then(|_| parameter::finite("place", y))
-                .and_then(|_| parameter::non_negative("weight", point.weight));
-            sum += parameter::component(number, checked)?;
+            let checked = Named("place", x)
+                .finite()
+                .and_then(|_| Named("place", y).finite())
+                .and_then(|_| Named("weight", point.weight).non_negative());
+            sum += ParameterError::of_component(number, checked)?;
         }
-        let sum = parameter::positive("sum of weights", sum)?;
+        let sum = Named("sum of weights", sum).positive()?;
         Ok(Self { contact, points, inverse: T::one() / sum })
     }
 
@@ -284,8 +285,8 @@ where
             let direction = Vector3::new(slide * cos, slide * sin, turn);
             let mut got = wrench(&Vector3::new(direction.x, direction.y, turn / spin_radius));
             got.z /= spin_radius;
-            nearest.surface_error = larger(nearest.surface_error, (T::one() - norm(&got)).abs());
-            nearest.wrench_error = larger(nearest.wrench_error, norm(&(got - direction)));
+            nearest.surface_error = nearest.surface_error.larger((T::one() - norm(&got)).abs());
+            nearest.wrench_error = nearest.wrench_error.larger(norm(&(got - direction)));
         }
         nearest
     }
@@ -294,7 +295,7 @@ where
     /// number of deflections.
     pub fn wrench(&self, twist: &Vector3<T>, deflections: &[Vector2<T>]) -> Vector3<T> {
         if deflections.len() != self.points().len() {
-            return Vector3::repeat(nan());
+            return Vector3::repeat(T::nan());
         }
         self.shares().zip(deflections).fold(Vector3::zeros(), |sum, ((share, lever), z)| {
             sum + lever.wrench(&self.contact.force(&lever.velocity(twist), z)) * share
@@ -345,7 +346,7 @@ where
     fn as_many(&self, name: &'static str, count: usize) -> Result<(), ParameterError> {
         let points = self.points().len();
         let rule = Rule::CountBetween { least: points, most: points };
-        parameter::check(name, count as f64, count == points, rule).map(drop)
+        Named(name, count as f64).check(count == points, rule).map(drop)
     }
 }
 

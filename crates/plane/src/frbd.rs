@@ -5,11 +5,10 @@ use nalgebra::SVector;
 use super::surface::{surfaces, surfaces_and_slopes};
 use super::{Axis, AxisSurface, PlaneBristle, PlaneLimits};
 use bristle::curve::FrictionCurve;
-use bristle::least_slope;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::{KelvinVoigt, Rheology};
-use bristle::scalar::{larger, lit, unlimited};
+use bristle::scalar::lit;
 use bristle::{FrBd, Law, Scalar};
 
 /// A bristle on the surface that its axis feels.
@@ -49,8 +48,8 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneFrBd<C, T, N> {
     /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
     pub fn new(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
         for (number, axis) in axes.iter().enumerate() {
-            let checked = parameter::positive("friction_ratio", axis.friction_ratio);
-            parameter::component(number, checked)?;
+            let checked = Named("friction_ratio", axis.friction_ratio).positive();
+            ParameterError::of_component(number, checked)?;
         }
         Ok(Self { curve, axes, regularisation: Unregularised })
     }
@@ -133,7 +132,7 @@ where
             | Law::BoundedForce
             | Law::OddSymmetry => true,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             _ => false,
         }
     }
@@ -157,11 +156,11 @@ where
             (stiffness, damping, axis.friction_ratio * axis.friction_ratio)
         };
         // μ/n ≥ (least μ/|s|_ε)/max(a, 1), because |a s|_ε ≤ max(a, 1) |s|_ε.
-        let steepest = self.axes.iter().fold(T::one(), |a, axis| larger(a, axis.friction_ratio));
-        let slope = least_slope(&self.curve, &self.regularisation, fastest) / steepest;
+        let steepest = self.axes.iter().fold(T::one(), |a, axis| a.larger(axis.friction_ratio));
+        let slope = self.curve.least_secant(&self.regularisation, fastest) / steepest;
         let rate = self.axes.iter().fold(T::zero(), |rate, axis| {
             let (stiffness, damping, square) = parts(axis);
-            larger(stiffness / (damping + square * slope), rate)
+            (stiffness / (damping + square * slope)).larger(rate)
         });
         // λᵢ = n/(μ aᵢ²/σ0ᵢ + n σ1ᵢ/σ0ᵢ) is one number for all axes if both quotients are, to a
         // few roundings.

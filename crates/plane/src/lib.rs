@@ -84,7 +84,6 @@ pub use surface::AxisSurface;
 
 use bristle::parameter::ParameterError;
 use bristle::rheology::KelvinVoigt;
-use bristle::scalar::nan;
 use bristle::{Bristle, Law, Scalar};
 
 /// The bristle of one axis, and its share of the friction.
@@ -164,7 +163,7 @@ impl<T: Scalar, const N: usize> PlaneLimits<T, N> {
 
 /// A length; NaN for a negative one.
 fn length<T: Scalar>(length: T) -> T {
-    if length >= T::zero() { length } else { nan() }
+    if length >= T::zero() { length } else { T::nan() }
 }
 
 /// The README's program compiles and runs.

@@ -8,10 +8,9 @@ use nalgebra::SVector;
 
 use super::{Axis, AxisSurface, PlaneBristle, PlaneFrBd, PlaneLimits};
 use bristle::curve::FrictionCurve;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::KelvinVoigt;
-use bristle::scalar::unlimited;
 use bristle::{Law, LuGre, Scalar};
 
 /// LuGre with Kelvin–Voigt bristles on N axes:
@@ -58,7 +57,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
         axes: [Axis<T>; N],
         viscous_friction: T,
     ) -> Result<Self, ParameterError> {
-        let viscous = parameter::non_negative("viscous_friction", viscous_friction)?;
+        let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
         Ok(Self { parts: PlaneFrBd::new(curve, axes)?, viscous })
     }
 
@@ -121,7 +120,7 @@ where
             // F·v − Ẇ = p Σ (σ0 λ z² + σ2 v²).
             Law::Passivity => self.parts.is_undamped(),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             _ => false,
         }
     }

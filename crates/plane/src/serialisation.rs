@@ -39,45 +39,30 @@ serialised_as!([M: PlaneBristle<T, N>, A: Signal<T>, F: Signal<T>; const N]
     PlaneBody<T, M, N, A, F> as PlaneBodyParameters<T, M, N, A, F>:
     Self::new, |body| body.parameters().clone());
 
-/// What a model of a curve C, a regularisation E and a scalar T is in a file.
-macro_rules! model_file {
-    ($(#[$about:meta])* $name:literal $file:ident[$($generic:tt)*] { $($fields:tt)* }) => {
-        $(#[$about])*
-        #[derive(Serialize, Deserialize)]
-        #[serde(
-            deny_unknown_fields,
-            rename = $name,
-            bound(
-                deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
-                               T: Scalar + Deserialize<'de>",
-                serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
-            )
-        )]
-        struct $file<$($generic)*> { $($fields)* }
-    };
+/// A model on several axes in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename = "PlaneFrBd")]
+struct PlaneFile<C, E, T: Scalar, const N: usize> {
+    curve: C,
+    #[serde(
+        with = "array",
+        bound(deserialize = "T: Deserialize<'de>", serialize = "T: Serialize")
+    )]
+    axes: [Axis<T>; N],
+    #[serde(default)]
+    regularisation: E,
 }
 
-model_file! {
-    /// A model on several axes in a file.
-    "PlaneFrBd" PlaneFile[C, E, T, const N: usize] {
-        curve: C,
-        #[serde(with = "array")]
-        axes: [Axis<T>; N],
-        #[serde(default)]
-        regularisation: E,
-    }
-}
-
-model_file! {
-    /// A LuGre model on several axes in a file: g and the viscous friction outside it, as a
-    /// LuGre model on a line.
-    "PlaneLuGre" PlaneLuGreFile[C, E, T, const N: usize] {
-        curve: C,
-        #[serde(with = "array")]
-        axes: [Axis<T>; N],
-        #[serde(default)]
-        regularisation: E,
-        #[serde(default = "Option::default")]
-        viscous_friction: Option<T>,
-    }
+/// A LuGre model on several axes in a file: g and the viscous friction outside it, as a
+/// LuGre model on a line.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename = "PlaneLuGre")]
+struct PlaneLuGreFile<C, E, T: Scalar, const N: usize> {
+    curve: C,
+    #[serde(with = "array")]
+    axes: [Axis<T>; N],
+    #[serde(default)]
+    regularisation: E,
+    #[serde(default = "Option::default")]
+    viscous_friction: Option<T>,
 }

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::Axis;
 use bristle::curve::FrictionCurve;
 use bristle::regularisation::Regularisation;
-use bristle::scalar::{is_zero, unlimited};
+use bristle::scalar::is_zero;
 use bristle::{Bounds, Branch, Scalar, Sliding};
 
 /// The surface as one axis feels it at one velocity of all axes: a curve whose friction coefficient
@@ -145,7 +145,7 @@ where
 /// The unit vector of a vector of this length; zero of zero.
 #[inline(always)]
 fn unit<T: Scalar, const N: usize>(x: &SVector<T, N>, length: T) -> SVector<T, N> {
-    x / if is_zero(length) { unlimited() } else { length }
+    x / if is_zero(length) { T::unlimited() } else { length }
 }
 
 /// A component of a unit vector; zero of none.

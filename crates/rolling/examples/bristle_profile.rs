@@ -18,7 +18,7 @@ use bristle_rolling::{Grid, Motion, Patch, PatchParameters, PolynomialExponentia
 /// Rolling speed [m/s].
 const SPEED: f64 = 2.0;
 /// Speed over the length of the patch [1/s].
-const TRANSPORT: f64 = SPEED / paper::TYRE_LENGTH;
+const TRANSPORT: f64 = SPEED / bristle_rolling::TYRE_LENGTH;
 
 fn main() -> ExitCode {
     bristle_charts::run(|| {
@@ -42,7 +42,7 @@ fn main() -> ExitCode {
                 Stribeck::new(paper::TYRE_CURVE)?,
                 KelvinVoigt::new(paper::TYRE_BRISTLE)?,
             ),
-            length: paper::TYRE_LENGTH,
+            length: bristle_rolling::TYRE_LENGTH,
             pressure: PolynomialExponential::parabolic(),
         })?
         .under_load(1.0)?;

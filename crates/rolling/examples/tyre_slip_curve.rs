@@ -39,7 +39,7 @@ fn main() -> ExitCode {
         let mut trails = Panel::new(slip, "pneumatic trail (mm)").title("trail of a lateral force");
         let scene = Scene { rolling_speed, samples };
         let constant = PolynomialExponential::constant();
-        let exponential = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY)?;
+        let exponential = PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY)?;
         let parabolic = PolynomialExponential::parabolic();
         for (name, stroke, rows) in [
             ("constant", Stroke::from(Colour::Blue), scene.run("constant", constant)?),
@@ -85,7 +85,7 @@ impl Scene {
         let curve = Stribeck::new(paper::TYRE_CURVE)?;
         let tyre = Patch::new(PatchParameters {
             model: FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
-            length: paper::TYRE_LENGTH,
+            length: bristle_rolling::TYRE_LENGTH,
             pressure,
         })?
         .under_load(NORMAL_FORCE)?;

@@ -106,7 +106,7 @@ where
     S: Signal<f64>,
     W: Signal<f64>,
 {
-    let exponential = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY)?;
+    let exponential = PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY)?;
     Ok([
         force(model, PolynomialExponential::constant(), motion, times)?,
         force(model, exponential, motion, times)?,
@@ -125,7 +125,8 @@ where
     S: Signal<f64>,
     W: Signal<f64>,
 {
-    let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
+    let patch =
+        Patch::new(PatchParameters { model, length: bristle_rolling::TYRE_LENGTH, pressure })?;
     let mut rolling = patch.under_load(LOAD)?.exact_in(4000)?;
     let mut forces = vec![rolling.force(motion.slip_velocity.value(0.0)) / LOAD];
     for pair in times.windows(2) {
@@ -140,7 +141,7 @@ fn steady(number: usize, rolling_speed: f64) -> Result<f64, Box<dyn Error>> {
         FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
     let motion = Motion { slip_velocity: 1.0, rolling_speed };
     // Two transits, or long enough to slide where the patch stands.
-    let time = 2.0 * paper::TYRE_LENGTH / rolling_speed.max(0.1);
+    let time = 2.0 * bristle_rolling::TYRE_LENGTH / rolling_speed.max(0.1);
     Ok(forces(model, &motion, &[0.0, time])?[number][1])
 }
 

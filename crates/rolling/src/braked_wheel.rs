@@ -46,7 +46,7 @@
 use crate::Motion;
 use crate::Tyre;
 use bristle::companion::Companion;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Contact, Scalar};
 
@@ -157,7 +157,7 @@ pub struct WheelState<T> {
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(curve, bristle),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::constant(),
 /// })?
 /// .under_load(4000.0)?; // N
@@ -233,13 +233,13 @@ where
     pub fn new(parameters: BrakedWheelParameters<T, P, K>) -> Result<Self, ParameterError> {
         let BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity } =
             parameters;
-        let angular_velocity = parameter::non_negative("angular_velocity", angular_velocity)?;
+        let angular_velocity = Named("angular_velocity", angular_velocity).non_negative()?;
         let zero = T::zero();
         let state = WheelState {
             time: zero,
             position: zero,
             angle: zero,
-            speed: parameter::finite("speed", speed)?,
+            speed: Named("speed", speed).finite()?,
             angular_velocity,
             brake_deflection: brake.stationary(angular_velocity),
             rolled_back: zero,
@@ -251,9 +251,9 @@ where
             tyre,
             brake: brake.companion(angular_velocity)?,
             body: Body {
-                mass: parameter::positive("mass", mass)?,
-                inertia: parameter::positive("inertia", inertia)?,
-                radius: parameter::positive("radius", radius)?,
+                mass: Named("mass", mass).positive()?,
+                inertia: Named("inertia", inertia).positive()?,
+                radius: Named("radius", radius).positive()?,
             },
             state,
             acceleration: (zero, zero),
@@ -326,10 +326,10 @@ where
         loads: WheelLoads<T>,
         duration: T,
     ) -> Result<WheelState<T>, ParameterError> {
-        parameter::non_negative("brake_normal_force", loads.brake_normal_force)?;
-        parameter::finite("drive_torque", loads.drive_torque)?;
-        parameter::finite("force", loads.force)?;
-        let duration = parameter::non_negative("duration", duration)?;
+        Named("brake_normal_force", loads.brake_normal_force).non_negative()?;
+        Named("drive_torque", loads.drive_torque).finite()?;
+        Named("force", loads.force).finite()?;
+        let duration = Named("duration", duration).non_negative()?;
         let half = lit::<T>(0.5) * duration;
         let (before, body, moves) = (self.state, self.body, duration > T::zero());
         let mut brake = self.brake.clone();
@@ -339,7 +339,7 @@ where
             before.brake_deflection,
         )?;
 
-        let lateral = parameter::finite("lateral_velocity", loads.lateral_velocity)?;
+        let lateral = Named("lateral_velocity", loads.lateral_velocity).finite()?;
 
         let length = self.tyre.length();
         // Forward beyond where it has been.
@@ -398,11 +398,11 @@ impl<T: Scalar> WheelState<T> {
         length: T,
     ) -> Result<Self, ParameterError> {
         let two = lit::<T>(2.0);
-        let speed = parameter::finite("speed", two * mean_speed - self.speed)?;
+        let speed = Named("speed", two * mean_speed - self.speed).finite()?;
         let angular_velocity = two * spin - self.angular_velocity;
-        parameter::finite("angular_velocity", angular_velocity)?;
+        Named("angular_velocity", angular_velocity).finite()?;
         let rolled_back = positive(self.rolled_back - spin * radius * duration / length);
-        parameter::at_most("rolled_back", rolled_back, "what a patch takes", lit(ROCKING))?;
+        Named("rolled_back", rolled_back).at_most("what a patch takes", lit(ROCKING))?;
         Ok(Self {
             time: self.time + duration,
             position: self.position + duration * mean_speed,

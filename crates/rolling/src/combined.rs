@@ -26,7 +26,7 @@ use nalgebra::SVector;
 use super::patch::{Crossing, coefficients, slopes};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle_plane::PlaneBristle;
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -57,7 +57,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: PlaneFrBd::isotropic(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .under_load(4000.0)?; // N
@@ -127,7 +127,7 @@ pub(super) fn finite<'a, T: Scalar, const A: usize>(
     vector: &'a SVector<T, A>,
 ) -> Result<&'a SVector<T, A>, ParameterError> {
     for (number, &component) in vector.iter().enumerate() {
-        parameter::component(number, parameter::finite(name, component))?;
+        ParameterError::of_component(number, Named(name, component).finite())?;
     }
     Ok(vector)
 }

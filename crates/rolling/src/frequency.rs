@@ -83,7 +83,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .under_load(4000.0)?; // N
@@ -222,14 +222,14 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: PlaneFrBd::isotropic(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .under_load(4000.0)?; // N
     /// let cruise = Motion { slip_velocity: Vector2::zeros(), rolling_speed: 16.0 };
     /// let lateral = tyre.combined_linearised(cruise)?[1][1]; // of F_y to v_y
     /// let trail = lateral.moment_by_slip_velocity(0.0).re / lateral.by_slip_velocity(0.0).re;
-    /// assert!((trail / (paper::TYRE_LENGTH / 6.0) - 1.0_f64).abs() < 1e-12);
+    /// assert!((trail / (bristle_rolling::TYRE_LENGTH / 6.0) - 1.0_f64).abs() < 1e-12);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     pub fn moment_by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {

@@ -87,7 +87,7 @@ pub use pressure::{
     AnyPressure, FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
 };
 pub use steady::Steady;
-pub use tyre::Tyre;
+pub use tyre::{TYRE_LENGTH, TYRE_PRESSURE_DECAY, Tyre};
 
 /// The README's program compiles and runs.
 #[cfg(all(doctest, feature = "alloc"))]

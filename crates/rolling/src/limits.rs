@@ -38,8 +38,8 @@
 use super::patch::Crossing;
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, smaller, unlimited};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Scalar};
 
 /// Limits of deflection and force, see [`Patch::limits`]. Both grow with the root mean square ‖z₀‖
@@ -80,7 +80,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .under_load(4000.0)?; // N
@@ -98,8 +98,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// is not positive.
     pub fn limits(&self, fastest: Motion<T>, elapsed: T) -> Result<PatchLimits<T>, ParameterError> {
         let Crossing { slip_velocity: fastest, transport } = self.rolling(fastest)?;
-        let fastest = parameter::non_negative("slip_velocity", fastest)?;
-        let elapsed = parameter::non_negative("elapsed", elapsed)?;
+        let fastest = Named("slip_velocity", fastest).non_negative()?;
+        let elapsed = Named("elapsed", elapsed).non_negative()?;
         let model = self.model().limits(fastest);
         let (stiffness, damping) = output_limits(self.model(), fastest);
         let (zero, one) = (T::zero(), T::one());
@@ -107,7 +107,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let slope = fastest / transport;
         let deflection = model.deflection.map_or(one / zero, |most| most * scale);
         // A smaller scale leaves the bounds of c₀ and c₂, a larger one raises viscous friction.
-        let damping = damping * larger(scale, one);
+        let damping = damping * scale.larger(one);
         let (weight, carried) = (self.length() * self.factor(), self.contact().reference_load());
 
         // Where the limit of the deflection is reached, if within the patch.
@@ -117,11 +117,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         });
         let mut bent = zero;
         weigh(self.pressure(), reach, zero.into(), |place, weighted| {
-            bent += weighted * smaller(deflection, slope * place);
+            bent += weighted * deflection.smaller(slope * place);
         });
         let force = weight * stiffness * bent + carried * damping * fastest;
-        let force =
-            model.coefficient.map_or(force, |most| smaller(force, carried * (most * scale)));
+        let force = model.coefficient.map_or(force, |most| force.smaller(carried * (most * scale)));
         let inlet = transport * elapsed;
         let (mut remaining_deflection, mut remaining_force) = (zero, zero);
         if inlet < one {
@@ -139,21 +138,23 @@ impl<T: Scalar> PatchLimits<T> {
     /// a(ξ) = min(|v|_∞ ξ/V, Z) \[m\]: the upper bound of |z| at a place once the initial
     /// deflection has left the patch.
     pub fn deflection(&self, place: T) -> T {
-        smaller(self.deflection, self.slope * place)
+        self.deflection.smaller(self.slope * place)
     }
 }
 
 /// Upper bounds of |c₀| [1/m] and |c₂| [s/m] at velocities with |v| ≤ `fastest`; infinite if there
 /// is no such limit. c₂ is at most σ1 + σ2, and c₀ lies between σ0 − σ1 max λ and σ0.
 fn output_limits<T: Scalar, M: Bristle<T, Deflection = T>>(model: &M, fastest: T) -> (T, T) {
-    let Some(known) = model.characteristics(fastest) else { return (unlimited(), unlimited()) };
+    let Some(known) = model.characteristics(fastest) else {
+        return (T::unlimited(), T::unlimited());
+    };
     let (stiffness, damping) = (known.micro_stiffness.max, known.micro_damping.max);
     let below = match model.limits(fastest).relaxation_rate {
         _ if is_zero(damping) => T::zero(),
         Some(rate) => damping * rate - stiffness,
-        None => unlimited(),
+        None => T::unlimited(),
     };
-    (larger(stiffness, below), damping + known.viscous_friction)
+    (stiffness.larger(below), damping + known.viscous_friction)
 }
 
 #[cfg(test)]

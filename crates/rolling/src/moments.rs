@@ -13,8 +13,8 @@ use nalgebra::{Complex, ComplexField};
 
 use super::quadrature::integrate;
 use bristle::Scalar;
-use bristle::rheology::relaxed;
-use bristle::scalar::{is_zero, larger, lit};
+use bristle::rheology::Weights;
+use bristle::scalar::{is_zero, lit};
 
 /// Below this sum of exponents a power series needs at most [`TERMS`] terms.
 const SMALL: f64 = 0.7;
@@ -26,7 +26,7 @@ const TERMS_UP_TO: [(f64, usize); 5] = [(1e-4, 4), (0.01, 7), (0.03, 8), (0.1, 1
 #[inline]
 pub(super) fn decaying<T: Scalar, const N: usize>(x: T) -> [T; N] {
     if N == 1 && x < lit(0.5) && x > lit(-0.5) {
-        return [relaxed(x).1; N];
+        return [Weights::relaxed(x).1; N];
     }
     let (mut psi, decay) = ([T::zero(); N], (-x).exp());
     let top = N as f64;
@@ -99,7 +99,7 @@ where
 #[inline]
 pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
     if N == 1 && is_zero(alpha) {
-        return [relaxed(x).2; N];
+        return [Weights::relaxed(x).2; N];
     }
     if x + alpha < lit(SMALL) && alpha > lit(-SMALL) {
         // Σ (−1)ⁿ⁺¹ dₙ/(n! (k + n + 1)) from n = 1, with dₙ = ((α + x)ⁿ − αⁿ)/x.
@@ -126,7 +126,7 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
     }
     // The weight is spread over a length of about 1/(1 + α), over which the rise has to be felt for
     // the difference to keep its digits.
-    let rises = lit::<T>(0.5) * larger(T::one(), T::one() + alpha);
+    let rises = lit::<T>(0.5) * T::one().larger(T::one() + alpha);
     if x > rises {
         let inverse = T::one() / x;
         let (slow, fast) = (decaying::<T, N>(alpha), decaying::<T, N>(alpha + x));

@@ -36,7 +36,7 @@ use nalgebra::Complex;
 
 use super::patch::coefficients;
 use super::{Patch, Pressure};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 use bristle::{Bristle, Law, Scalar};
 
@@ -192,8 +192,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a rolling speed that is not positive and a pressure that carries nothing.
     pub fn least_passive_damping(&self, rolling_speed: T) -> Result<T, ParameterError> {
-        let rolling_speed = parameter::positive("rolling_speed", rolling_speed)?;
-        let total = parameter::positive("total pressure", self.pressure().total())?;
+        let rolling_speed = Named("rolling_speed", rolling_speed).positive()?;
+        let total = Named("total pressure", self.pressure().total()).positive()?;
         let stiffness = coefficients(self.contact(), T::zero())?.stiffness;
         let number = damping_number(self.pressure(), total);
         Ok(number * stiffness * self.length() / rolling_speed)

@@ -1,8 +1,8 @@
 //! A contact patch: bristles of one model along a length, under a pressure.
 
 use super::Pressure;
-use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::{is_zero, larger};
+use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::scalar::is_zero;
 use bristle::{Affine, Bristle, Contact, Form, LoadChange, Scalar};
 
 /// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
@@ -35,7 +35,7 @@ pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Result<(), Par
     if model.form() == Form::OfVelocity {
         return Ok(());
     }
-    Err(parameter::chosen(
+    Err(ParameterError::chosen(
         model.name(),
         "a patch takes models whose Bristle::form is Form::OfVelocity",
     ))
@@ -53,14 +53,14 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
     finite("drive of the friction model", drive)?;
     finite("stiffness of the friction model", stiffness)?;
     finite("damping of the friction model", damping)?;
-    parameter::at_least(name, relaxation, "zero", larger(relaxation, T::zero()))?;
+    Named(name, relaxation).at_least("zero", relaxation.larger(T::zero()))?;
     Ok(affine)
 }
 
 /// A computed number of any magnitude, if it is finite.
 #[inline]
 pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
-    parameter::check(name, value, value.is_finite(), Rule::Finite)
+    Named(name, value).check(value.is_finite(), Rule::Finite)
 }
 
 /// Parameters of [`Patch`].
@@ -118,8 +118,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a length that is not positive.
     pub fn new(parameters: PatchParameters<T, M, P>) -> Result<Self, ParameterError> {
         let PatchParameters { model, length, pressure } = parameters;
-        let length = parameter::positive("length", length)?;
-        let given = parameter::non_negative("total pressure", length * pressure.total())?;
+        let length = Named("length", length).positive()?;
+        let given = Named("total pressure", length * pressure.total()).non_negative()?;
         let contact = Contact::new(model, given)?;
         Ok(Self { contact, length, pressure, given, factor: T::one() })
     }
@@ -142,14 +142,14 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a reference load that is not positive, and a pressure that carries nothing.
     pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
-        let factor = reference_load / parameter::positive("total pressure", self.given)?;
+        let factor = reference_load / Named("total pressure", self.given).positive()?;
         Ok(Self { contact: self.contact.measured_at(reference_load)?, factor, ..self })
     }
 
     /// Makes the normal force the reference load, too.
     pub(super) fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
-        parameter::non_negative("normal_force", normal_force)?;
-        let given = parameter::positive("total pressure", self.given)?;
+        Named("normal_force", normal_force).non_negative()?;
+        let given = Named("total pressure", self.given).positive()?;
         self.factor = normal_force / given;
         self.contact.renew_load(normal_force)
     }
@@ -201,11 +201,11 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// the smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
     #[inline]
     pub(super) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
-        let slip_velocity = parameter::finite("slip_velocity", motion.slip_velocity)?;
-        let rolling_speed = parameter::non_negative("rolling_speed", motion.rolling_speed)?;
-        let stands = rolling_speed < parameter::smallest();
+        let slip_velocity = Named("slip_velocity", motion.slip_velocity).finite()?;
+        let rolling_speed = Named("rolling_speed", motion.rolling_speed).non_negative()?;
+        let stands = rolling_speed < Named::smallest();
         let rolling_speed = if stands { T::zero() } else { rolling_speed };
-        let transport = parameter::finite("rolling_speed", rolling_speed / self.length)?;
+        let transport = Named("rolling_speed", rolling_speed / self.length).finite()?;
         Ok(Crossing { slip_velocity, transport })
     }
 
@@ -223,7 +223,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
 
     /// The motion in the patch's own unit of length, if the patch rolls forward.
     pub(super) fn rolling(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
-        parameter::positive("rolling_speed", motion.rolling_speed)?;
+        Named("rolling_speed", motion.rolling_speed).positive()?;
         self.forward(motion)
     }
 }

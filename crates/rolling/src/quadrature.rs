@@ -6,7 +6,7 @@ use nalgebra::{Complex, ComplexField};
 
 use super::Pressure;
 use bristle::Scalar;
-use bristle::scalar::{larger, lit, nan, smaller, to_f64};
+use bristle::scalar::{lit, to_f64};
 
 /// Least number of panels from one knot of a pressure to the next.
 const PANELS: usize = 16;
@@ -41,7 +41,7 @@ fn integrate_wave<T: Scalar>(panels: usize, rate: Complex<T>, mut visit: impl Fn
     } else if size < lit(PANEL * MOST as f64) {
         evenly((T::zero(), T::one()), enough(panels, size), &mut visit);
     } else {
-        visit(T::zero(), nan());
+        visit(T::zero(), T::nan());
     }
 }
 
@@ -94,8 +94,8 @@ pub(super) fn between_knots<T: Scalar, P: Pressure<T>>(
 ) {
     let mut from = T::zero();
     while from < T::one() {
-        let to = larger(from, pressure.next_knot(from).unwrap_or_else(T::one));
-        let to = kink.filter(|&kink| kink > from).map_or(to, |kink| smaller(to, kink));
+        let to = from.larger(pressure.next_knot(from).unwrap_or_else(T::one));
+        let to = kink.filter(|&kink| kink > from).map_or(to, |kink| to.smaller(kink));
         if !(to > from) {
             break;
         }

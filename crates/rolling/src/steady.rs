@@ -23,7 +23,7 @@
 use super::patch::{Frozen, coefficients};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Scalar};
@@ -92,7 +92,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .under_load(4000.0)?; // N
@@ -159,7 +159,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         const SLIPS: usize = 600;
         const DECADES: f64 = 6.0;
         self.rolling(up_to)?;
-        let most = parameter::positive("magnitude of slip_velocity", up_to.slip_velocity.abs())?;
+        let most = Named("magnitude of slip_velocity", up_to.slip_velocity.abs()).positive()?;
         // The magnitude of the force over that of the slip, and its slope: of checked motions, so
         // that neither can fail.
         let sign = if up_to.slip_velocity < T::zero() { -T::one() } else { T::one() };

@@ -1,9 +1,16 @@
 //! What a wheel needs of its tyre: a source and a damper along it, whatever the tyre does sideways.
 
 use crate::{CombinedPatch, ExactPatch, Memory, Motion};
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
+
+/// Romano et al., Table 1: the length of the tyre's contact patch, 0.1 m. Its curve and bristle are
+/// in [`bristle::paper`].
+pub const TYRE_LENGTH: f64 = 0.1;
+
+/// Romano et al., Table 1: the parameter a of the tyre's exponential pressure, 0.1.
+pub const TYRE_PRESSURE_DECAY: f64 = 0.1;
 
 /// A tyre of a [`BrakedWheel`](crate::BrakedWheel): an [`ExactPatch`] that slips along the wheel
 /// alone, or a [`CombinedPatch`] of two axes, along and across. Pairs are along and across.
@@ -56,7 +63,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>> 
     ) -> Result<Option<[T; 2]>, ParameterError> {
         let Motion { slip_velocity: [along, across], rolling_speed } = predicted;
         let rule = Rule::Stated("be zero on a tyre of one axis (Patch::combined makes one of two)");
-        parameter::check("lateral_velocity", across, across == T::zero(), rule)?;
+        Named("lateral_velocity", across).check(across == T::zero(), rule)?;
         let step = self.companion_step(Motion { slip_velocity: along, rolling_speed }, duration)?;
         let Some(along) = solve([step.bias(), step.damping()])? else { return Ok(None) };
         Ok(Some([step.commit(along)?, T::zero()]))

@@ -15,7 +15,7 @@ fn a_patch_in_combined_slip_allocates_nothing() {
     let counted = allocation_counter::measure(|| {
         let tyre = Patch::new(PatchParameters {
             model: PlaneFrBd::isotropic(curve, bristle),
-            length: paper::TYRE_LENGTH,
+            length: bristle_rolling::TYRE_LENGTH,
             pressure: PolynomialExponential::parabolic().padded::<4>(),
         });
         let mut rolling = tyre.unwrap().combined([[Segment::default(); 40]; 2]).unwrap();

@@ -429,11 +429,11 @@ impl Candidate<3> for PowerFit {
 #[test]
 fn identification_finds_its_parameters() {
     let (mut time, mut speeds, mut friction, mut z) = (vec![], vec![], vec![], 0.0);
-    for row in 0..2000 {
-        let t = 2e-3 * f64::from(row);
+    for row in 0..800 {
+        let t = 5e-3 * f64::from(row);
         let v = 0.05 * (1.3 * t).sin() + 0.004 * (17.0 * t).sin();
         if let Some(before) = speeds.last() {
-            z = POWER.hold(0.5 * (v + before), z, 2e-3).deflection;
+            z = POWER.hold(0.5 * (v + before), z, 5e-3).deflection;
         }
         time.push(t);
         speeds.push(v);

@@ -11,17 +11,16 @@ use bristle::ode::{
     Event, Failure, Linearisation, Method, Observer, Output, Solver, Statistics, Summary, System,
     Tolerances, Trajectory,
 };
-use bristle::regularisation::Unregularised;
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Signal;
 use bristle::{
-    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, ParameterError, Scalar,
+    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, Mechanism, ParameterError, Scalar,
 };
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
 pub use super::lit;
-pub use super::specimens::table_2;
+pub use super::specimens::{table_2, table_2_frbd, table_2_lugre};
 pub use crate::{every_method, every_solver};
 
 /// No run here needs as many steps: with this limit a test ends even if its run does not.
@@ -180,16 +179,6 @@ pub fn observed_order(points: &[(f64, f64)]) -> f64 {
 
 // ---------------------------------------------------------------------------------------------
 // Friction
-
-pub fn table_2_frbd<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
-    let (curve, bristle) = table_2();
-    FrBd::new(curve, bristle)
-}
-
-pub fn table_2_lugre<T: Scalar>() -> LuGre<Stribeck<T>, KelvinVoigt<T>, Unregularised, T> {
-    let (curve, bristle) = table_2();
-    LuGre::classical(curve, bristle)
-}
 
 /// The stick-slip rig of the paper: p = 1 N, m = 1 kg, k = 2 N/m, pulled at a given velocity.
 pub fn rig<T: Scalar, M: Bristle<T, Deflection = T>>(

@@ -332,6 +332,48 @@ pub fn table_2<T: Scalar>() -> (Stribeck<T>, KelvinVoigt<T>) {
     (stribeck(&r, 2.0), kelvin_voigt(lit(r.stiffness), lit(r.damping)))
 }
 
+pub fn table_2_curve<T: Scalar>() -> Stribeck<T> {
+    table_2().0
+}
+
+pub fn table_2_bristle<T: Scalar>() -> KelvinVoigt<T> {
+    table_2().1
+}
+
+pub fn table_2_frbd<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
+    let (curve, bristle) = table_2();
+    FrBd::new(curve, bristle)
+}
+
+pub fn table_2_lugre<T: Scalar>() -> LuGre<Stribeck<T>, KelvinVoigt<T>, Unregularised, T> {
+    let (curve, bristle) = table_2();
+    LuGre::classical(curve, bristle)
+}
+
+/// A model that says no more of itself than it has to.
+#[derive(Debug, Clone)]
+pub struct Bare<M>(pub M);
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Bristle<T> for Bare<M> {
+    type Deflection = T;
+
+    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T> {
+        self.0.affine(surface, z)
+    }
+
+    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>) {
+        self.0.affine_and_slopes(surface, z)
+    }
+
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
+        self.0.stationary(surface)
+    }
+
+    fn storage_stiffness(&self) -> T {
+        self.0.storage_stiffness()
+    }
+}
+
 pub fn rational<T: Scalar>(r: &Recipe) -> RationalStribeck<T> {
     RationalStribeck::new(RationalStribeckParameters {
         static_coefficient: lit(r.static_),

@@ -22,7 +22,7 @@
 use super::Balance;
 use super::solve::{UnderTip, heading};
 use crate::curve::FrictionCurve;
-use crate::scalar::{is_zero, larger, lit, nan, smaller, to_f64};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, HeldStep, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. The rest is done with the coefficients frozen.
@@ -78,7 +78,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
             return held;
         }
         // A curve that is not a number on the way makes no part of the step one.
-        let (deflection, end_coefficient, mean_coefficient) = (nan(), nan(), nan());
+        let (deflection, end_coefficient, mean_coefficient) = (T::nan(), T::nan(), T::nan());
         HeldStep { deflection, end_coefficient, mean_coefficient }
     }
 
@@ -139,7 +139,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
         }
         let until = (held - load) / (stiffness * path.velocity);
         path.sticks = !(until < path.left);
-        let time = if path.sticks { path.left } else { larger(until, T::zero()) };
+        let time = if path.sticks { path.left } else { until.larger(T::zero()) };
         let way = path.velocity * time;
         path.deflection += path.direction * way;
         path.impulse += path.direction * time * (load + lit::<T>(0.5) * stiffness * way);
@@ -191,8 +191,8 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
             }
             path.pieces += 1;
             let slope = damping + path.here.mu_slope;
-            let guess = stiffness * path.left / larger(slope, T::zero());
-            let length = smaller(reach, wanted.take().unwrap_or(guess));
+            let guess = stiffness * path.left / slope.larger(T::zero());
+            let length = reach.smaller(wanted.take().unwrap_or(guess));
             // The derivative of a dual number comes with the last correction, or with the edge.
             let last = to_edge.filter(|&to_edge| to_edge <= length);
             let length = last.unwrap_or_else(|| lit(to_f64(length)));
@@ -202,7 +202,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
             let share = allowed / (piece.error + allowed * lit(1e-3));
             let factor = share.powf(lit(1.0 / 7.0)) * lit(0.9);
             if piece.error > allowed && length > T::default_epsilon() {
-                reach = length * smaller(larger(factor, lit(0.05)), lit(0.7));
+                reach = length * factor.larger(lit(0.05)).smaller(lit(0.7));
                 continue;
             }
             let late = piece.time - path.left;
@@ -236,7 +236,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
             if last.is_some() {
                 return;
             }
-            reach = smaller(length * smaller(factor, lit(8.0)), lit(LONGEST));
+            reach = (length * factor.smaller(lit(8.0))).smaller(lit(LONGEST));
         }
     }
 

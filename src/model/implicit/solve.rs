@@ -5,7 +5,7 @@
 
 use super::Balance;
 use crate::curve::FrictionCurve;
-use crate::scalar::{is_zero, lit, nan, to_f64};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Scalar, Surface};
 
 /// Newton steps after which every other step halves the bracket.
@@ -67,7 +67,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
         let rest = self.surface(branch, T::zero());
         let tip = |surface| Tip { branch, direction, surface };
         if !size.is_finite() {
-            return tip(UnderTip { speed: nan(), mu: nan(), ..rest });
+            return tip(UnderTip { speed: T::nan(), mu: T::nan(), ..rest });
         }
         if rest.mu >= size {
             return tip(rest);

@@ -34,9 +34,9 @@
 
 mod report;
 
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::root::enclose;
-use bristle::scalar::{is_zero, larger, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::{
     Bounds, Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar, Units,
 };
@@ -242,9 +242,9 @@ pub fn audit<T: Scalar, M: Bristle<T, Deflection = T>>(
     parameters: AuditParameters<T>,
 ) -> Result<Audit<T>, ParameterError> {
     let AuditParameters { fastest, mechanism, sample_time, load_cycle, .. } = parameters;
-    parameter::positive("fastest", fastest)?;
+    Named("fastest", fastest).positive()?;
     if let Some(step) = sample_time {
-        parameter::positive("sample_time", step)?;
+        Named("sample_time", step).positive()?;
     }
     mechanism.map(Mechanism::checked).transpose()?;
     let characteristics = contact.model().characteristics(fastest);
@@ -312,11 +312,11 @@ fn passivity<T: Scalar, M: Bristle<T, Deflection = T>>(
         let cross = if cross.abs() > rounding { cross } else { zero };
         if cross != zero {
             let ratio = cross * cross / (lit::<T>(4.0) * square * affine.damping);
-            found.excess = larger(found.excess, ratio);
+            found.excess = found.excess.larger(ratio);
         }
         // The deflection of least D, within its bound.
         let lowest = -cross * velocity / (lit::<T>(2.0) * square);
-        let deflection = limit.map_or(lowest, |limit| larger(smaller(lowest, limit), -limit));
+        let deflection = limit.map_or(lowest, |limit| lowest.smaller(limit).larger(-limit));
         let power = square * deflection * deflection
             + cross * velocity * deflection
             + affine.damping * velocity * velocity;
@@ -423,12 +423,12 @@ fn stuck_mass<T: Scalar, M: Bristle<T, Deflection = T>>(
 fn checked<T: Scalar>(cycle: Option<Bounds<T>>, breakaway: T) -> Result<Bounds<T>, ParameterError> {
     let cycle = cycle.unwrap_or(Bounds { min: T::zero(), max: lit::<T>(0.5) * breakaway });
     for (name, force) in [("load_cycle.max", cycle.max), ("-load_cycle.min", -cycle.min)] {
-        parameter::finite(name, force)?;
+        Named(name, force).finite()?;
         if !is_zero(breakaway) {
-            parameter::below(name, force, "breakaway force", breakaway)?;
+            Named(name, force).below("breakaway force", breakaway)?;
         }
     }
-    parameter::at_least("load_cycle.max", cycle.max, "load_cycle.min", cycle.min)?;
+    Named("load_cycle.max", cycle.max).at_least("load_cycle.min", cycle.min)?;
     Ok(cycle)
 }
 

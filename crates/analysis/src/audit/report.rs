@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Write};
 
-use bristle::number::{Text, number};
+use bristle::number::{Number, Text};
 use bristle::scalar::is_zero;
 use bristle::{Characteristics, Scalar};
 
@@ -37,7 +37,7 @@ macro_rules! row {
 impl<T: Scalar> fmt::Display for Audit<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = self.characteristics.map_or("a friction model", |model| model.name);
-        let (load, fastest) = (number(self.normal_force), number(self.parameters.fastest));
+        let (load, fastest) = (Number::of(self.normal_force), Number::of(self.parameters.fastest));
         let [newton, speed] = self.units(["N", "m/s"]);
         writeln!(f, "audit of {name} under {load:.5} {newton}, |v| ≤ {fastest:.5} {speed}")?;
         self.write_passivity(f)?;
@@ -59,7 +59,7 @@ impl<T: Scalar> Audit<T> {
 
     fn write_passivity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Passivity { verdict, excess, least_power, velocity, deflection } = self.passivity;
-        let ratio = number(excess);
+        let ratio = Number::of(excess);
         let [damping, speed, metre] = self.units(["s/m", "m/s", "m"]);
         let (name, ortega) = ("passivity", "Barabanov, Ortega 2000");
         let search = "Romano et al., III-B; by search";
@@ -71,7 +71,7 @@ impl<T: Scalar> Audit<T> {
             (_, Some((needed, has))) => row!(f, name, by ortega,
                 "{}: needs σ2 ≥ {:.5} {damping}, has {:.5}",
                 if verdict == LawStatus::Holds { "holds" } else { "FAILS" },
-                number(needed), number(has)),
+                Number::of(needed), Number::of(has)),
             (LawStatus::Fails, None) => row!(f, name, by search,
                 "FAILS: (c₀ − K r)²/(4 K λ c₂) up to {ratio:.5}, not ≤ 1"),
             (LawStatus::Holds, None) if is_zero(excess) => row!(f, name,
@@ -83,7 +83,7 @@ impl<T: Scalar> Audit<T> {
         if is_zero(least_power) {
             return Ok(());
         }
-        let (power, v, z) = (number(least_power), number(velocity), number(deflection));
+        let (power, v, z) = (Number::of(least_power), Number::of(velocity), Number::of(deflection));
         row!(f, "  worst case", by "by search",
             "F v − Ẇ = {power:.5} W at v = {v:.5} {speed}, z = {z:.5} {metre}")
     }
@@ -96,7 +96,7 @@ impl<T: Scalar> Audit<T> {
             (force, "|F|", limits.force, newton, "z within its bound"),
             ("relaxation rate", "λ", limits.relaxation_rate, "1/s", "Romano et al., III-B"),
         ] {
-            match limit.map(number) {
+            match limit.map(Number::of) {
                 Some(limit) => row!(f, name, by by, "{symbol} ≤ {limit:.5} {unit}"),
                 None => row!(f, name, by by, "no bound"),
             }?;
@@ -110,9 +110,10 @@ impl<T: Scalar> Audit<T> {
         row!(f, "inversion", by "Romano et al., II-B; by search",
             "{}: σ1 = {:.5}, least dμ/d|v| = {:.5} {damping}",
             if folds { "FOLDS" } else { "one solution" },
-            number(model.micro_damping.min), number(model.least_slope + model.viscous_friction))?;
+            Number::of(model.micro_damping.min),
+            Number::of(model.least_slope + model.viscous_friction))?;
         let (name, by, slope) = ("curve at rest", "Romano et al., II-B", model.slope_at_rest);
-        match number(slope) {
+        match Number::of(slope) {
             _ if is_zero(slope) => row!(f, name, by by, "differentiable"),
             finite if slope.is_finite() => row!(f, name, by by,
                 "kink, dμ/d|v| = {finite:.5} {damping}: split steps at reversals"),
@@ -120,7 +121,9 @@ impl<T: Scalar> Audit<T> {
         }?;
         match model.speed_at_rest {
             zero if is_zero(zero) => row!(f, "modulus |v|", by by, "exact, with its kink"),
-            speed => row!(f, "modulus |v|", by by, "smooth, |0|_ε = {:.5} {unit}", number(speed)),
+            speed => {
+                row!(f, "modulus |v|", by by, "smooth, |0|_ε = {:.5} {unit}", Number::of(speed))
+            }
         }
     }
 
@@ -131,30 +134,30 @@ impl<T: Scalar> Audit<T> {
     ) -> fmt::Result {
         let Some((breakaway, cycle)) = self.breakaway.zip(self.load_cycle) else { return Ok(()) };
         let [newton, metre, speed, force] = self.units(["N", "m", "m/s", "force"]);
-        let (name, by, held) = ("breakaway", "Romano et al., II-B", number(breakaway));
+        let (name, by, held) = ("breakaway", "Romano et al., II-B", Number::of(breakaway));
         match self.load_share() {
             Some(share) => row!(f, name, by by,
-                "F_b = p μ_s = {held:.5} {newton}, of which {:.3} is used", number(share)),
+                "F_b = p μ_s = {held:.5} {newton}, of which {:.3} is used", Number::of(share)),
             None => row!(f, name, by by, "F_b = p μ_s = {held:.5} {newton}"),
         }?;
-        let (from, to) = (number(cycle.min), number(cycle.max));
+        let (from, to) = (Number::of(cycle.min), Number::of(cycle.max));
         let (name, by) = ("drift", "Dupont et al. 2002");
         match self.drift {
             Some(drift) if is_zero(drift) => row!(f, name, by by,
                 "none in slow cycles {from:.5} ↔ {to:.5} {newton}"),
             Some(drift) => row!(f, name, by by,
-                "{:.5} {metre} per slow cycle {from:.5} ↔ {to:.5} {newton}", number(drift)),
+                "{:.5} {metre} per slow cycle {from:.5} ↔ {to:.5} {newton}", Number::of(drift)),
             None if model.creeps => row!(f, name, by "its dashpot",
                 "no end: the bristle creeps under any {force}"),
             None => row!(f, name, by by, "not known for {from:.5} ↔ {to:.5} {newton}"),
         }?;
-        let (force, rate) = (number(peak(cycle)), number(self.relaxation_at_rest));
+        let (force, rate) = (Number::of(peak(cycle)), Number::of(self.relaxation_at_rest));
         let (name, by) = ("creep", "F_ss(v) = F");
         match self.creep {
             Some(creep) if is_zero(creep) => row!(f, name, by by, "none under {force:.5} {newton}"),
             Some(creep) => row!(f, name, by by,
                 "{:.5} {speed} under {force:.5} {newton}; bristles relax at {rate:.5} 1/s",
-                number(creep)),
+                Number::of(creep)),
             None => row!(f, name, by by, "not known under {force:.5} {newton}"),
         }
     }
@@ -166,12 +169,12 @@ impl<T: Scalar> Audit<T> {
             write!(name, "stuck {mass}")?;
             row!(f, name.as_str(), by "module stability",
                 "ω = {:.5} rad/s, ζ = {:.5}; after a reversal ζ = {:.5}",
-                number(stuck.frequency), number(stuck.damping_ratio),
-                number(stuck.reversed_damping_ratio))?;
+                Number::of(stuck.frequency), Number::of(stuck.damping_ratio),
+                Number::of(stuck.reversed_damping_ratio))?;
         }
         let Some(threshold) = self.steady_sliding else { return Ok(()) };
         let fastest = self.parameters.fastest;
-        let (slowest, fastest) = (number(slowest_on_spring(fastest)), number(fastest));
+        let (slowest, fastest) = (Number::of(slowest_on_spring(fastest)), Number::of(fastest));
         let mut by = Cell::default();
         write!(by, "Routh–Hurwitz, {slowest:.5} … {fastest:.5} {unit}")?;
         let (name, by) = ("sliding on spring", by.as_str());
@@ -183,9 +186,9 @@ impl<T: Scalar> Audit<T> {
             Threshold::Marginal => row!(f, name, by by,
                 "small motions neither grow nor die out at any speed"),
             Threshold::StableAbove(speed) => row!(f, name, by by,
-                "small motions die out above {:.5} {unit}, GROW just below", number(speed)),
+                "small motions die out above {:.5} {unit}, GROW just below", Number::of(speed)),
             Threshold::StableBelow(speed) => row!(f, name, by by,
-                "small motions GROW above {:.5} {unit}, die out just below", number(speed)),
+                "small motions GROW above {:.5} {unit}, die out just below", Number::of(speed)),
         }
     }
 
@@ -195,7 +198,7 @@ impl<T: Scalar> Audit<T> {
         for (title, width) in columns.clone() {
             write!(cells, "{title:<width$}")?;
         }
-        if let Some(time) = self.parameters.sample_time.map(number) {
+        if let Some(time) = self.parameters.sample_time.map(Number::of) {
             write!(cells, "at {time:.5} s")?;
         }
         row!(f, "largest step [s]", by "module stability", "{}", cells.as_str())?;
@@ -212,7 +215,7 @@ impl<T: Scalar> Audit<T> {
                         match step {
                             None => write!(cells, "{:<width$}", "any")?,
                             Some(step) if is_zero(step) => write!(cells, "{:<width$}", "none")?,
-                            Some(step) => write!(cells, "{:<width$.5}", number(step))?,
+                            Some(step) => write!(cells, "{:<width$.5}", Number::of(step))?,
                         }
                     }
                     let within = self.parameters.sample_time.map(|step| limits.check(step).is_ok());

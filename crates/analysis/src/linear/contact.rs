@@ -1,8 +1,8 @@
 //! A contact as a linear system from its velocity to its force.
 
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::{Deflection, States};
-use bristle::scalar::{is_zero, larger, lit};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Branch, Bristle, Contact, LinearisedContact, Scalar, Sliding};
 
 use super::StateSpace;
@@ -36,14 +36,14 @@ where
     M::Deflection: States<T, N>,
 {
     let sliding = sliding.into();
-    parameter::finite("velocity", sliding.velocity())?;
-    parameter::finite("deflection", deflection.largest())?;
+    Named("velocity", sliding.velocity()).finite()?;
+    Named("deflection", deflection.largest()).finite()?;
     if undecided(sliding) {
         let side = |branch: Branch| {
             matrices(&contact.linearised(branch.of(T::zero()), deflection)).finite()
         };
         let (one, other) = (side(Branch::Forward)?, side(Branch::Backward)?);
-        parameter::stated("velocity", T::zero(), same(&one, &other), KINK)?;
+        Named("velocity", T::zero()).stated(same(&one, &other), KINK)?;
     }
     matrices(&contact.linearised(sliding, deflection)).finite()
 }
@@ -82,17 +82,17 @@ where
     M::Deflection: States<T, N>,
 {
     let sliding = sliding.into();
-    parameter::finite("velocity", sliding.velocity())?;
+    Named("velocity", sliding.velocity()).finite()?;
     let side = |branch: Branch| contact.stationary(branch.of(T::zero())).states();
     let velocity = sliding.velocity();
     let decided = !undecided(sliding) || side(Branch::Forward) == side(Branch::Backward);
-    parameter::stated("velocity", velocity, decided, KINK)?;
+    Named("velocity", velocity).stated(decided, KINK)?;
     let deflection = contact.stationary(sliding);
     // The rate is a difference of terms of the size of the velocity.
     let rounding = lit::<T>(1e4) * T::default_epsilon() * velocity.abs();
     for &rate in contact.rate(sliding, deflection).states().iter() {
         let rule = "vanish in steady sliding: the model has no equilibrium there";
-        parameter::stated("rate of the deflection", rate, rate.abs() <= rounding, rule)?;
+        Named("rate of the deflection", rate).stated(rate.abs() <= rounding, rule)?;
     }
     if undecided(sliding) {
         return state_space(contact, sliding, deflection);
@@ -112,7 +112,7 @@ fn undecided<T: Scalar>(sliding: Sliding<T>) -> bool {
 /// Whether two systems are equal up to rounding.
 fn same<T: Scalar, const N: usize>(one: &StateSpace<T, N>, other: &StateSpace<T, N>) -> bool {
     let near = |a: T, b: T| {
-        (a - b).abs() <= lit::<T>(1e3) * T::default_epsilon() * larger(a.abs(), b.abs())
+        (a - b).abs() <= lit::<T>(1e3) * T::default_epsilon() * a.abs().larger(b.abs())
     };
     let entries = one.dynamics.iter().zip(other.dynamics.iter());
     let entries = entries.chain(one.input.iter().zip(other.input.iter()));

@@ -8,8 +8,8 @@
 //! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980), section 2.5, for zeros by inversion.
 
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::{larger, lit, smaller, to_f64};
+use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::scalar::{lit, to_f64};
 use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
 use crate::eigenvalues::eigenvalues;
@@ -83,7 +83,7 @@ fn roots<T: Scalar, const N: usize>(
 ) -> Result<[Complex<T>; N], ParameterError> {
     let rule = Rule::Stated("be finite, and its eigenvalues be found");
     let values = eigenvalues(&matrix.map(to_f64));
-    let values = values.ok_or_else(|| parameter::refused("sum of a matrix", matrix.sum(), rule))?;
+    let values = values.ok_or_else(|| Named("sum of a matrix", matrix.sum()).refused(rule))?;
     Ok(values.map(|root| Complex::new(lit(root.re), lit(root.im))))
 }
 
@@ -95,7 +95,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         let output = self.output.iter().map(|&entry| ("output", entry));
         let feedthrough = core::iter::once(("feedthrough", self.feedthrough));
         for (name, entry) in dynamics.chain(input).chain(output).chain(feedthrough) {
-            parameter::check(name, entry, entry.is_finite(), Rule::Finite)?;
+            Named(name, entry).check(entry.is_finite(), Rule::Finite)?;
         }
         Ok(self)
     }
@@ -127,7 +127,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// Refuses a system whose transients do not die out, one that is not finite, and a frequency
     /// that is NaN.
     pub fn frequency_response(&self, angular_frequency: T) -> Result<Complex<T>, ParameterError> {
-        parameter::number("angular_frequency", angular_frequency)?;
+        Named("angular_frequency", angular_frequency).number()?;
         self.finite()?.stable()?;
         Ok(self.transfer(Complex::new(T::zero(), angular_frequency)))
     }
@@ -143,7 +143,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         self.finite()?;
         let gain = self.transfer(Complex::new(T::zero(), T::zero())).re;
         let rule = "be finite: there is a pole at zero";
-        parameter::stated("static gain", gain, gain.is_finite(), rule)?;
+        Named("static gain", gain).stated(gain.is_finite(), rule)?;
         self.stable()?;
         Ok(gain)
     }
@@ -165,7 +165,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// Refuses D = 0, with which there are fewer zeros than poles, and a system that is not finite.
     pub fn zeros(&self) -> Result<[Complex<T>; N], ParameterError> {
         let direct = self.finite()?.feedthrough;
-        parameter::stated("feedthrough", direct, direct != T::zero(), "not be 0 for N zeros")?;
+        Named("feedthrough", direct).stated(direct != T::zero(), "not be 0 for N zeros")?;
         roots(&(self.dynamics - self.input * self.output * (T::one() / direct)))
     }
 
@@ -176,7 +176,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// Refuses a matrix that is not finite.
     pub fn abscissa(&self) -> Result<T, ParameterError> {
         let parts = self.poles()?.into_iter().map(|pole| pole.re);
-        Ok(parts.reduce(larger).unwrap_or_else(T::zero))
+        Ok(parts.reduce(T::larger).unwrap_or_else(T::zero))
     }
 
     /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows
@@ -187,7 +187,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// Refuses a matrix that is not finite.
     pub fn corner_frequency(&self) -> Result<T, ParameterError> {
         let sizes = self.poles()?.into_iter().map(|pole| ComplexField::hypot(pole.re, pole.im));
-        Ok(sizes.reduce(smaller).unwrap_or_else(T::zero))
+        Ok(sizes.reduce(T::smaller).unwrap_or_else(T::zero))
     }
 
     /// Accepts a system whose transients die out.
@@ -198,7 +198,8 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     pub fn stable(&self) -> Result<(), ParameterError> {
         let abscissa = self.abscissa()?;
         let rule = "be negative: small motions must die out for a steady response";
-        parameter::stated("largest real part of the poles", abscissa, abscissa < T::zero(), rule)
+        Named("largest real part of the poles", abscissa)
+            .stated(abscissa < T::zero(), rule)
             .map(drop)
     }
 }
@@ -224,7 +225,7 @@ fn solve<T: Scalar, const N: usize>(
     // Sum of the moduli of the terms in each entry.
     let mut terms = matrix.map(ComplexField::norm1);
     let mut scales = SVector::<T, N>::from_fn(|i, _| {
-        terms.row(i).iter().fold(T::zero(), |most, &term| larger(most, term))
+        terms.row(i).iter().fold(T::zero(), |most, &term| most.larger(term))
     });
     for k in 0..N {
         let weigh = |i: usize| (i, matrix[(i, k)].norm1() / scales[i]);

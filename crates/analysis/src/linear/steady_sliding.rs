@@ -16,8 +16,8 @@
 
 use core::cmp::Ordering;
 
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{larger, lit};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::lit;
 use bristle::{Bristle, Contact, Mechanism, Scalar, Sliding};
 use nalgebra::{RowVector3, Vector3};
 
@@ -62,7 +62,7 @@ const DOWN: f64 = 0.964_661_619_911_199;
 
 /// A mechanism in range that has a spring.
 fn on_spring<T: Scalar>(mechanism: Mechanism<T>) -> Result<Mechanism<T>, ParameterError> {
-    parameter::positive("spring_stiffness", mechanism.checked()?.spring_stiffness)?;
+    Named("spring_stiffness", mechanism.checked()?.spring_stiffness).positive()?;
     Ok(mechanism)
 }
 
@@ -214,9 +214,9 @@ pub fn critical_speed<T: Scalar, M: Bristle<T, Deflection = T>>(
     speeds: core::ops::Range<T>,
 ) -> Result<Threshold<T>, ParameterError> {
     let mechanism = on_spring(mechanism)?;
-    let start = parameter::positive("speeds.start", speeds.start)?;
-    let end = parameter::positive("speeds.end", speeds.end)?;
-    parameter::at_least("speeds.end", end, "speeds.start", start)?;
+    let start = Named("speeds.start", speeds.start).positive()?;
+    let end = Named("speeds.end", speeds.end).positive()?;
+    Named("speeds.end", end).at_least("speeds.start", start)?;
     let mut marginal = true;
     let mut stable = |speed: T| -> Result<bool, ParameterError> {
         let conditions = conditions(contact, mechanism, Sliding::from(speed))?;
@@ -227,7 +227,7 @@ pub fn critical_speed<T: Scalar, M: Bristle<T, Deflection = T>>(
     let at_top = stable(end)?;
     let mut above = end;
     while above > start {
-        let mut below = larger(above * lit(DOWN), start);
+        let mut below = (above * lit(DOWN)).larger(start);
         if stable(below)? == at_top {
             above = below;
             continue;

@@ -67,9 +67,9 @@ mod region;
 
 use core::fmt;
 
-use bristle::number::number;
-use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::{lit, nan, to_f64, unlimited};
+use bristle::number::Number;
+use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::scalar::{lit, to_f64};
 use bristle::{Branch, Bristle, Contact, Mechanism, Scalar};
 use nalgebra::{Complex, ComplexField, Matrix2, SMatrix};
 
@@ -161,9 +161,9 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     scheme: Scheme,
 ) -> Result<StepLimits<T>, ParameterError> {
     let mechanism = mechanism.map(Mechanism::checked).transpose()?;
-    parameter::number("fastest", fastest)?;
+    Named("fastest", fastest).number()?;
     let bristle = if region::polynomial(scheme).is_some() {
-        let unbounded = || parameter::refused("relaxation_rate", unlimited::<T>(), Rule::Finite);
+        let unbounded = || Named("relaxation_rate", T::unlimited()).refused(Rule::Finite);
         let rate = contact.limits(fastest).relaxation_rate.ok_or_else(unbounded)?;
         region::largest_step(scheme, Complex::new(-to_f64(rate), 0.0))
     } else {
@@ -222,10 +222,10 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
     scheme: Scheme,
 ) -> Option<T> {
     match scheme {
-        Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(nan()),
+        Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(T::nan()),
         _ => {
             let Some(rates) = eigenvalues(&jacobian.map(to_f64)) else {
-                return Some(nan());
+                return Some(T::nan());
             };
             // A mode that stands still, such as the difference of position and deflection of a
             // stuck mass, has a rate of rounding size. A true mode as slow as that gains or loses
@@ -365,10 +365,10 @@ impl<T: Scalar> StepLimits<T> {
     /// Refuses a step that is not positive, and one beyond a limit: the error names the step and
     /// the smallest limit with its cause.
     pub fn check(&self, step: T) -> Result<(), ParameterError> {
-        parameter::positive("step", step)?;
+        Named("step", step).positive()?;
         let limits = self.causes().into_iter().filter_map(|(name, limit)| Some((name, limit?)));
         match limits.reduce(|a, b| if b.1 < a.1 { b } else { a }) {
-            Some((cause, limit)) => parameter::at_most("step", step, cause, limit).map(drop),
+            Some((cause, limit)) => Named("step", step).at_most(cause, limit).map(drop),
             None => Ok(()),
         }
     }
@@ -402,7 +402,7 @@ impl<T: Scalar> fmt::Display for StepLimits<T> {
         for (word, (_, limit)) in words.into_iter().zip(self.causes()) {
             match limit {
                 Some(limit) if limit == T::zero() => write!(f, "{separator}{word} never stable")?,
-                Some(limit) => write!(f, "{separator}{word} {:.5} s", number(limit))?,
+                Some(limit) => write!(f, "{separator}{word} {:.5} s", Number::of(limit))?,
                 None => write!(f, "{separator}{word} unlimited")?,
             }
             separator = ", ";

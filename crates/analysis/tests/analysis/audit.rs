@@ -12,29 +12,19 @@ use bristle::rheology::{
     KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters, VelocityDependent,
 };
 use bristle::{
-    Affine, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism,
-    Sliding, Surface, Units, paper,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism, Sliding,
+    Units, paper,
 };
 use bristle_analysis::audit::{Audit, AuditParameters, LawStatus, audit};
 use bristle_analysis::linear::Threshold;
 use bristle_analysis::stability::Scheme;
 use bristle_specimens::recipe::recipe;
-use bristle_specimens::specimens::{self, kelvin_voigt, stribeck};
+use bristle_specimens::specimens::{
+    self, Bare, kelvin_voigt, stribeck, table_2_bristle, table_2_curve, table_2_frbd, table_2_lugre,
+};
 use bristle_specimens::{assert_within, check};
 
 const RIG: Mechanism<f64> = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
-
-fn table_2_curve() -> Stribeck<f64> {
-    Stribeck::new(paper::STICK_SLIP_CURVE).unwrap()
-}
-
-fn table_2_bristle() -> KelvinVoigt<f64> {
-    KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap()
-}
-
-fn table_2() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    FrBd::new(table_2_curve(), table_2_bristle())
-}
 
 fn audit_of<M: Bristle<f64, Deflection = f64>>(model: M) -> Audit<f64> {
     audit(&model.under_load(1.0).unwrap(), AuditParameters::up_to(1.0)).unwrap()
@@ -42,7 +32,7 @@ fn audit_of<M: Bristle<f64, Deflection = f64>>(model: M) -> Audit<f64> {
 
 #[test]
 fn classical_lugre_of_table_2_is_not_passive_and_the_audit_says_what_it_lacks() {
-    let audited = audit_of(LuGre::classical(table_2_curve(), table_2_bristle()));
+    let audited = audit_of(table_2_lugre());
     let worst = audited.passivity;
     assert_eq!(worst.verdict, LawStatus::Fails);
     // σ1 (μ_s − μ_d)/μ_d = 64.5 · 0.5.
@@ -53,7 +43,7 @@ fn classical_lugre_of_table_2_is_not_passive_and_the_audit_says_what_it_lacks() 
     let want = s0 * s0 * z * z - s0 * s1 * z + s1 + 0.04;
     assert_eq!((worst.velocity.abs(), worst.deflection.abs()), (1.0, z));
     assert_within(1e-12, s1, worst.least_power, want, || "worst case".to_owned());
-    let contact = LuGre::classical(table_2_curve(), table_2_bristle()).under_load(1.0).unwrap();
+    let contact = table_2_lugre().under_load(1.0).unwrap();
     let power = contact.dissipated_power(worst.velocity, worst.deflection);
     assert_within(1e-12, s1, power, want, || "the contact's own".to_owned());
 
@@ -96,7 +86,7 @@ fn frbd_dahl_and_elasto_plastic_models_are_passive() {
     let soft = ElastoPlastic::new(table_2_curve(), table_2_bristle(), 8e-5);
     for passivity in [
         audit_of(valve).passivity,
-        audit_of(table_2()).passivity,
+        audit_of(table_2_frbd()).passivity,
         audit_of(dahl).passivity,
         audit_of(soft.unwrap()).passivity,
     ] {
@@ -219,8 +209,8 @@ fn the_drift_of_a_load_cycle_is_that_of_a_slow_simulation() {
         Bounds { min: -2.0, max: 2.0 },
         Bounds { min: -2.5, max: -1.0 },
     ] {
-        assert_drift(table_2(), cycle);
-        assert_drift(LuGre::classical(table_2_curve(), table_2_bristle()), cycle);
+        assert_drift(table_2_frbd(), cycle);
+        assert_drift(table_2_lugre(), cycle);
     }
     // An elasto-plastic bristle has none below its stick limit, and above it no closed form.
     let soft = ElastoPlastic::new(table_2_curve(), table_2_bristle(), 8e-5);
@@ -236,7 +226,7 @@ fn the_drift_of_a_load_cycle_is_that_of_a_slow_simulation() {
 #[test]
 fn a_regularised_contact_creeps_and_leaks_as_the_closed_forms_say() {
     let epsilon: f64 = 1e-14;
-    let model = table_2().regularised(SquareRoot::new(epsilon).unwrap());
+    let model = table_2_frbd().regularised(SquareRoot::new(epsilon).unwrap());
     for fraction in [0.1, 0.5, 0.9, 0.99] {
         let load_cycle = Some(Bounds { min: 0.0, max: fraction * 3.0 });
         let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
@@ -251,19 +241,18 @@ fn a_regularised_contact_creeps_and_leaks_as_the_closed_forms_say() {
         assert_within(1e-14, leak, yielding.relaxation_at_rest, leak, || "leak".to_owned());
     }
     // An exact modulus sticks.
-    let stuck = audit_of(table_2());
+    let stuck = audit_of(table_2_frbd());
     let found = (stuck.creep, stuck.relaxation_at_rest, stuck.breakaway);
     assert_eq!(found, (Some(0.0), 0.0, Some(1.5)));
     // LuGre's bristles leak at σ0√ε/μ_s.
-    let lugre = LuGre::classical(table_2_curve(), table_2_bristle())
-        .regularised(SquareRoot::new(1e-8).unwrap());
+    let lugre = table_2_lugre().regularised(SquareRoot::new(1e-8).unwrap());
     let leak = audit_of(lugre).relaxation_at_rest;
     assert_within(1e-14, 1.0, leak, 1e4 * 1e-4 / 1.5, || "LuGre".to_owned());
 }
 
 #[test]
 fn the_stuck_mass_and_the_steps_are_those_of_the_literature() {
-    let contact = table_2().under_load(1.0).unwrap();
+    let contact = table_2_frbd().under_load(1.0).unwrap();
     let parameters = AuditParameters {
         mechanism: Some(Mechanism { spring_stiffness: 0.0, ..RIG }),
         sample_time: Some(0.01),
@@ -303,7 +292,7 @@ fn the_stuck_mass_and_the_steps_are_those_of_the_literature() {
 
 #[test]
 fn the_table_says_the_same_in_words() {
-    let contact = LuGre::classical(table_2_curve(), table_2_bristle()).under_load(1.0).unwrap();
+    let contact = table_2_lugre().under_load(1.0).unwrap();
     let parameters = AuditParameters {
         mechanism: Some(RIG),
         sample_time: Some(0.02),
@@ -337,7 +326,7 @@ fn the_table_says_the_same_in_words() {
 
 #[test]
 fn the_table_in_the_documentation_is_the_one_that_is_printed() {
-    let contact = LuGre::classical(table_2_curve(), table_2_bristle()).under_load(1.0).unwrap();
+    let contact = table_2_lugre().under_load(1.0).unwrap();
     let parameters = AuditParameters {
         mechanism: Some(RIG),
         sample_time: Some(1e-3),
@@ -382,7 +371,7 @@ impl Write for Page {
 
 #[test]
 fn an_audit_and_its_table_allocate_nothing() {
-    let contact = LuGre::classical(table_2_curve(), table_2_bristle()).under_load(1.0).unwrap();
+    let contact = table_2_lugre().under_load(1.0).unwrap();
     let parameters = AuditParameters {
         mechanism: Some(RIG),
         sample_time: Some(0.02),
@@ -398,7 +387,7 @@ fn an_audit_and_its_table_allocate_nothing() {
 
 #[test]
 fn what_is_out_of_range_is_refused_by_name() {
-    let contact = table_2().under_load(1.0).unwrap();
+    let contact = table_2_frbd().under_load(1.0).unwrap();
     let good = AuditParameters::up_to(1.0);
     let cycle =
         |from, to| AuditParameters { load_cycle: Some(Bounds { min: from, max: to }), ..good };
@@ -420,7 +409,7 @@ fn what_is_out_of_range_is_refused_by_name() {
         assert_eq!(audit(&contact, parameters).unwrap_err().name, name);
     }
     // No load: nothing to break away, and still an answer.
-    let free = audit(&table_2().under_load(0.0).unwrap(), good).unwrap();
+    let free = audit(&table_2_frbd().under_load(0.0).unwrap(), good).unwrap();
     assert_eq!(free.breakaway.unwrap(), 0.0);
 }
 
@@ -516,7 +505,7 @@ fn constant_friction_no_friction_and_backward_cycles_are_told_as_what_they_are()
     assert!(table(0.0).contains("sliding on spring   no friction"), "{}", table(0.0));
 
     // Under the force of larger magnitude: √ε r/√(1 − r²) with r = ½, backward.
-    let model = table_2().regularised(SquareRoot::new(1e-14).unwrap());
+    let model = table_2_frbd().regularised(SquareRoot::new(1e-14).unwrap());
     let load_cycle = Some(Bounds { min: -0.75, max: 0.0 });
     let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
     let audit = audit(&model.under_load(1.0).unwrap(), parameters).unwrap();
@@ -558,7 +547,7 @@ fn a_cycle_is_as_large_as_the_larger_of_its_two_forces() {
 #[test]
 fn under_a_pull_a_regularised_contact_creeps_backward() {
     let epsilon: f64 = 1e-14;
-    let model = table_2().regularised(SquareRoot::new(epsilon).unwrap());
+    let model = table_2_frbd().regularised(SquareRoot::new(epsilon).unwrap());
     let load_cycle = Some(Bounds { min: -1.2, max: -0.3 });
     let contact = model.under_load(1.0).unwrap();
     let audit = audit(&contact, AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
@@ -577,7 +566,7 @@ fn the_table_says_that_the_undamped_bristle_of_the_tyre_folds() {
     let want = 0.0018 - 0.4 * (2.0 / 1f64.exp()).sqrt() / 10.0;
     assert_within(1e-13, 1.0, audit.inversion_margin.unwrap(), want, || "margin".to_owned());
     assert!(audit.to_string().contains("FOLDS: σ1 = 0, least dμ/d|v| = -0.032511 s/m"), "{audit}");
-    let firm = audit_of(table_2());
+    let firm = audit_of(table_2_frbd());
     assert!(firm.to_string().contains("one solution"), "{firm}");
 }
 
@@ -601,7 +590,7 @@ fn the_audit_of_a_joint_prints_radians_and_newton_metres() {
     let classical = LuGre::classical(curve, bristle).under_load(1.0).unwrap();
     let tables = [
         print(
-            &|parameters| audit(&table_2().under_load(1.0).unwrap(), parameters).unwrap(),
+            &|parameters| audit(&table_2_frbd().under_load(1.0).unwrap(), parameters).unwrap(),
             Some(RIG),
         ),
         print(&|parameters| audit(&smooth, parameters).unwrap(), Some(RIG)),
@@ -640,30 +629,6 @@ fn the_audit_of_a_joint_prints_radians_and_newton_metres() {
     assert!(tables[2][1].contains(" rad/s under 0.4 N m; bristles relax at 50 1/s"));
     assert!(tables[3][1].contains("needs σ2 ≥ 32.25 s/rad, has 0.04"));
     assert!(tables[3][1].contains("W at v = 1 rad/s, z = 1.5e-4 rad"));
-}
-
-/// A model of one's own that says no more than it has to.
-#[derive(Debug, Clone)]
-struct Bare(FrBd<Stribeck<f64>, KelvinVoigt<f64>>);
-
-impl Bristle<f64> for Bare {
-    type Deflection = f64;
-
-    fn affine(&self, surface: Surface<f64>, z: f64) -> Affine<f64> {
-        self.0.affine(surface, z)
-    }
-
-    fn affine_and_slopes(&self, surface: Surface<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
-        self.0.affine_and_slopes(surface, z)
-    }
-
-    fn stationary(&self, surface: impl Into<Surface<f64>>) -> f64 {
-        self.0.stationary(surface)
-    }
-
-    fn storage_stiffness(&self) -> f64 {
-        self.0.storage_stiffness()
-    }
 }
 
 #[test]

@@ -3,26 +3,18 @@
 
 use std::ops::ControlFlow;
 
-use bristle::curve::Stribeck;
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, Step, Tolerances,
 };
-use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, PrescribedVelocity};
 use bristle::{Bristle, Contact, FrBd, LuGre, paper};
 use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle_specimens::recipe::{recipe, state};
-use bristle_specimens::specimens::{kelvin_voigt, stribeck};
+use bristle_specimens::specimens::{
+    kelvin_voigt, stribeck, table_2_bristle, table_2_curve, table_2_frbd, table_2_lugre,
+};
 use bristle_specimens::{assert_within, check};
 use nalgebra::Vector1;
-
-fn curve() -> Stribeck<f64> {
-    Stribeck::new(paper::STICK_SLIP_CURVE).unwrap()
-}
-
-fn bristle() -> KelvinVoigt<f64> {
-    KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap()
-}
 
 /// 1 mm/s over 1.5 mm, 10 m/s over 0.1 mm.
 const PHASES: [(f64, f64); 2] = [(1e-3, 1.5), (10.0, 1e-5)];
@@ -56,9 +48,9 @@ fn the_energy_machine_of_exact_steps_gives_the_printed_work() {
         // An engine has given at least what all its cycles gave.
         assert!(ledger.gain() >= -80.0 * supplied);
     }
-    assert_machine(LuGre::classical(curve(), bristle()), WORK[0]);
-    assert_machine(LuGre::with_viscous_part_inside(curve(), bristle()), WORK[1]);
-    assert_machine(FrBd::new(curve(), bristle()), WORK[2]);
+    assert_machine(table_2_lugre(), WORK[0]);
+    assert_machine(LuGre::with_viscous_part_inside(table_2_curve(), table_2_bristle()), WORK[1]);
+    assert_machine(table_2_frbd(), WORK[2]);
 }
 
 #[test]
@@ -83,9 +75,9 @@ fn the_energy_machine_of_an_integrator_gives_the_printed_work_too() {
         assert_digits(ledger.cycle().supplied, work);
         assert!(ledger.total().residual().abs() < 1e-9, "{:e}", ledger.total().residual());
     }
-    assert_machine(LuGre::classical(curve(), bristle()), WORK[0]);
-    assert_machine(LuGre::with_viscous_part_inside(curve(), bristle()), WORK[1]);
-    assert_machine(FrBd::new(curve(), bristle()), WORK[2]);
+    assert_machine(table_2_lugre(), WORK[0]);
+    assert_machine(LuGre::with_viscous_part_inside(table_2_curve(), table_2_bristle()), WORK[1]);
+    assert_machine(table_2_frbd(), WORK[2]);
 }
 
 #[test]
@@ -154,7 +146,7 @@ fn exact_and_passive_steps_balance_to_rounding() {
 /// The ledger of a stick-slip run, and the work of the spring's end less what mass and spring keep
 /// of it.
 fn stick_slip<T: Method<f64, 3>>(solver: &Solver<f64, T, 3>) -> (EnergyLedger<f64>, f64) {
-    let contact = FrBd::new(curve(), bristle()).under_load(1.0).unwrap();
+    let contact = table_2_frbd().under_load(1.0).unwrap();
     let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
     let (stiffness, drive) = (2.0, 0.1);
     let mut ledger = EnergyLedger::new();
@@ -177,11 +169,10 @@ fn stick_slip<T: Method<f64, 3>>(solver: &Solver<f64, T, 3>) -> (EnergyLedger<f6
 
 #[test]
 fn the_balance_of_an_integration_closes_to_its_tolerance() {
-    let scales = MassSpringDamper::new(paper::stick_slip_rig(
-        FrBd::new(curve(), bristle()).under_load(1.0).unwrap(),
-    ))
-    .unwrap()
-    .scales();
+    let scales =
+        MassSpringDamper::new(paper::stick_slip_rig(table_2_frbd().under_load(1.0).unwrap()))
+            .unwrap()
+            .scales();
     for tolerance in [1e-6, 1e-9] {
         // Slips multiply the errors of steps.
         let tolerances = Tolerances::scaled(0.01 * tolerance, scales).unwrap();

@@ -27,7 +27,10 @@ use bristle_analysis::linear::{
     steady_sliding, steady_state_space,
 };
 use bristle_specimens::recipe::{decades, nonzero_velocity, recipe};
-use bristle_specimens::specimens::{coulomb, elasto_plastic, kelvin_voigt, rational, stribeck};
+use bristle_specimens::specimens::{
+    coulomb, elasto_plastic, kelvin_voigt, rational, stribeck, table_2_bristle, table_2_curve,
+    table_2_frbd, table_2_lugre,
+};
 use bristle_specimens::{assert_within, check, lit};
 use nalgebra::{
     Complex, ComplexField, Matrix1, Matrix3, RowVector3, RowVector4, SMatrix, SVector, Vector2,
@@ -36,16 +39,8 @@ use nalgebra::{
 use num_dual::Dual64;
 use proptest::prelude::*;
 
-fn table_2_curve() -> Stribeck<f64> {
-    Stribeck::new(paper::STICK_SLIP_CURVE).unwrap()
-}
-
-fn table_2_bristle() -> KelvinVoigt<f64> {
-    KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap()
-}
-
 fn table_2() -> Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
-    FrBd::new(table_2_curve(), table_2_bristle()).under_load(1.0).unwrap()
+    table_2_frbd().under_load(1.0).unwrap()
 }
 
 fn modulus(z: Complex<f64>) -> f64 {
@@ -321,8 +316,8 @@ fn a_small_oscillation_of_the_velocity_gives_the_force_of_the_frequency_response
             assert!(off <= 2e-6 * modulus(want), "{frequency} Hz: {got} is not {want}");
         }
     }
-    assert_response(FrBd::new(table_2_curve(), table_2_bristle()));
-    assert_response(LuGre::classical(table_2_curve(), table_2_bristle()));
+    assert_response(table_2_frbd());
+    assert_response(table_2_lugre());
 }
 
 /// A mass on a spring whose end moves at v_d(t); states: stretch, velocity, deflection.
@@ -733,8 +728,7 @@ fn what_has_no_answer_is_refused_by_name() {
     let (unstable, kept) = ("largest real part of the poles", refused.value);
     assert!(refused.name == unstable && kept == 0.0, "{refused}");
     // Regularised, rest is an equilibrium like any other.
-    let smooth =
-        FrBd::new(table_2_curve(), table_2_bristle()).regularised(SquareRoot::new(1e-10).unwrap());
+    let smooth = table_2_frbd().regularised(SquareRoot::new(1e-10).unwrap());
     assert!(steady_state_space(&smooth.under_load(1.0).unwrap(), 0.0).is_ok());
     assert!(steady_state_space(&contact, f64::INFINITY).is_err());
     assert!(steady_state_space(&contact, f64::NAN).is_err());

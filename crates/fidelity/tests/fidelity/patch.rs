@@ -40,7 +40,8 @@ fn model(set: usize) -> Lumped {
 
 /// A patch of 1 kN.
 pub(crate) fn patch<P: Pressure<f64>>(set: usize, pressure: P) -> Patch<f64, Lumped, P> {
-    let parameters = PatchParameters { model: model(set), length: paper::TYRE_LENGTH, pressure };
+    let parameters =
+        PatchParameters { model: model(set), length: bristle_rolling::TYRE_LENGTH, pressure };
     Patch::new(parameters).unwrap().under_load(1000.0).unwrap()
 }
 
@@ -150,7 +151,8 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         let answers = dice.logarithmic(20.0, most_answers) as usize;
         let slip_velocity = dice.wave(mean, amplitude, frequency, interval * answers as f64);
         let mut swing = speed * dice.one_of(&[0.0, 0.0, 0.1, 0.3]);
-        let mut finesse = (200.0 * frequency * paper::TYRE_LENGTH / (0.7 * speed)).max(1000.0);
+        let mut finesse =
+            (200.0 * frequency * bristle_rolling::TYRE_LENGTH / (0.7 * speed)).max(1000.0);
         match slip_velocity {
             Wave::Repeated { shape: Shape::Square, .. } => swing = 0.0,
             Wave::Repeated { shape: Shape::Steep(slope), .. } => finesse *= slope,

@@ -20,7 +20,7 @@ use super::report::{JointFit, Scores};
 use super::smooth::{SmoothedLog, smooth};
 use crate::SearchOutcome;
 use bristle::number::Number;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError, Rule};
 
 /// Windows in each log.
 const WINDOWS: usize = 10;
@@ -58,8 +58,8 @@ pub fn compare(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Comparison, ParameterError> {
-    parameter::count("candidates", candidates.len(), 1)?;
-    parameter::count("logs held out", held_out.len(), 1)?;
+    Named("candidates", candidates.len()).count(1)?;
+    Named("logs held out", held_out.len()).count(1)?;
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
     for (candidate, friction) in candidates.iter().enumerate() {
         // The best so far, by the positions that were fitted.
@@ -84,7 +84,7 @@ pub fn compare(
     let scores: Vec<_> = fits.iter().enumerate().map(score).collect();
     let Some(&(least, standard_error, _, best)) = scores.iter().min_by(|a, b| a.0.total_cmp(&b.0))
     else {
-        let none = parameter::refused("candidates", 0.0, parameter::Rule::Count { least: 1 });
+        let none = Named("candidates", 0.0).refused(Rule::Count { least: 1 });
         return Err(refused.first().map_or(none, |(_, error)| *error));
     };
     let near = scores.iter().filter(|score| score.0 <= least + standard_error);

@@ -21,7 +21,7 @@ use crate::least_squares::minimise;
 use crate::log::{quantile, span};
 use crate::problem::{Objective, Problem};
 use crate::{Estimate, Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 
 /// How the parameters of a joint are searched.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,16 +104,19 @@ impl Settings {
     fn check(&self, logs: [&[DriveLog]; 2]) -> Result<(), ParameterError> {
         for (i, &horizon) in self.horizons.iter().enumerate() {
             let rule = "be positive; it may be infinite";
-            parameter::component(i, parameter::stated("horizons", horizon, horizon > 0.0, rule))?;
+            ParameterError::of_component(
+                i,
+                Named("horizons", horizon).stated(horizon > 0.0, rule),
+            )?;
         }
-        parameter::positive("step", self.step)?;
-        parameter::non_negative("tolerance", self.tolerance)?;
+        Named("step", self.step).positive()?;
+        Named("tolerance", self.tolerance).non_negative()?;
         for log in logs.into_iter().flatten() {
             let least = log.usual_step() / MOST_STEPS;
             let row = "a 200th of the median time from row to row (is the time in s?)";
-            parameter::at_least("step", self.step, row, least)?;
+            Named("step", self.step).at_least(row, least)?;
         }
-        parameter::positive("largest_sensitivity", self.largest_sensitivity)?;
+        Named("largest_sensitivity", self.largest_sensitivity).positive()?;
         Ok(())
     }
 }
@@ -149,7 +152,7 @@ pub(super) fn fit_candidate(
     simpler: Option<&JointFit>,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
-    parameter::count("logs", fitted.len(), 1)?;
+    Named("logs", fitted.len()).count(1)?;
     settings.check([fitted, held_out])?;
     let logs: Vec<SmoothedLog<'_>> = fitted.iter().map(smooth).collect();
     let guess = guess(joint, &logs)?;

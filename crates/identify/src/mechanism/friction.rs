@@ -25,7 +25,7 @@ use bristle::curve::{
 };
 use bristle::parameter::ParameterError;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::scalar::{lit, nan};
+use bristle::scalar::lit;
 use bristle::{AnyBristle, Dahl, DahlParameters, FrBd, LuGre, Scalar};
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 
@@ -166,7 +166,7 @@ impl Friction {
         let (zero, one) = (T::zero(), T::one());
         let or = |name, other| value(name).unwrap_or(other);
         let [idle_load, drag, micro_stiffness] =
-            ["coulomb_torque", "drag", "micro_stiffness"].map(|name| or(name, nan()));
+            ["coulomb_torque", "drag", "micro_stiffness"].map(|name| or(name, T::nan()));
         let motor_share = or("motor_load_factor", zero);
         let external_share = or("external_load_factor", zero);
         let (excess, stribeck_velocity) =

@@ -8,8 +8,8 @@ use super::friction::Friction;
 use super::start::Guess;
 use crate::Parameter;
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{lit, nan, to_f64};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::{lit, to_f64};
 
 /// A torque on the load side of the gear: it loads the gear as an external torque does.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl Term {
                 let value = value + by_x * (x - lit(at_x)) + by_v * (v - lit(at_v));
                 [value * factor, by_x * factor, by_v * factor]
             }
-            _ => [nan(); 3],
+            _ => [T::nan(); 3],
         }
     }
 
@@ -140,17 +140,17 @@ impl Said {
         let name = parameter.name;
         match self {
             Self::Start(value) => {
-                parameter::finite(name, value)?;
+                Named(name, value).finite()?;
                 parameter.start = value;
                 if parameter.typical.is_none() {
-                    parameter::positive(name, value)?;
+                    Named(name, value).positive()?;
                     *parameter = Parameter::positive(name, parameter.unit, value, 30.0);
                 }
                 parameter.least = parameter.least.min(value);
                 parameter.most = parameter.most.max(value);
             }
             Self::Between(values @ [start, least, most]) => {
-                values.into_iter().try_for_each(|v| parameter::finite(name, v).map(drop))?;
+                values.into_iter().try_for_each(|v| Named(name, v).finite().map(drop))?;
                 (parameter.start, parameter.least, parameter.most) = (start, least, most);
                 if least == most {
                     parameter.typical = Some(if start == 0.0 { 1.0 } else { start.abs() });
@@ -277,7 +277,7 @@ impl Joint {
                 }
                 // Of the friction's parameters each candidate has its own.
                 None if Friction::NAMES.contains(&name) => {}
-                None => return Err(parameter::chosen(name, TAKES)),
+                None => return Err(ParameterError::chosen(name, TAKES)),
             }
         }
         let mut table = Table { parameters: Vec::new(), logs: Vec::new() };

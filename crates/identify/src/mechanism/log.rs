@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use crate::LogError;
 use crate::log::{column, length, median, pairs, range, times, window};
-use bristle::parameter;
+use bristle::parameter::Named;
 
 /// What drives the mechanism, row by row, positive along v > 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,7 +133,7 @@ const GAP: f64 = 10.0;
 fn moving(position: Vec<f64>) -> Result<Vec<f64>, LogError> {
     let (least, most) = range(&position);
     let rule = "not stay there all along: does the sensor work?";
-    parameter::stated("position", least, most > least, rule)?;
+    Named("position", least).stated(most > least, rule)?;
     Ok(position)
 }
 
@@ -149,21 +149,21 @@ impl DriveLog {
         let DriveLogParameters { velocity, held, external_torque, enabled, load, .. } = parameters;
         let time = times(parameters.time)?;
         let rows = time.len();
-        let finite = |name, values| column(name, values, rows, parameter::finite);
+        let finite = |name, values| column(name, values, rows, Named::finite);
         let (drive, source) = match parameters.drive {
             Drive::Torque(u) => (finite("torque", u)?, Source::Torque),
             Drive::Current(u) => (finite("current", u)?, Source::Current),
             Drive::Voltage(u) => (finite("voltage", u)?, Source::Voltage),
             Drive::Duty { goal, gain, supply } => {
-                let gain = parameter::positive("gain", gain)?;
-                let supply = column("supply", supply, rows, parameter::positive)?;
+                let gain = Named("gain", gain).positive()?;
+                let supply = column("supply", supply, rows, Named::positive)?;
                 (finite("goal", goal)?, Source::Duty { gain, supply })
             }
         };
         let external = external_torque.map(|u| finite("external_torque", u)).transpose()?;
         length("enabled", enabled.map_or(rows, <[_]>::len), rows)?;
-        parameter::non_negative("load.inertia", load.inertia)?;
-        parameter::finite("load.gravity_torque", load.gravity_torque)?;
+        Named("load.inertia", load.inertia).non_negative()?;
+        Named("load.gravity_torque", load.gravity_torque).finite()?;
         Ok(Self {
             position: moving(finite("position", parameters.position)?)?,
             velocity: velocity.map(|v| finite("velocity", v)).transpose()?,

@@ -9,7 +9,7 @@ use super::log::{DriveLog, Source};
 use super::smooth::{Smoothed, SmoothedLog};
 use crate::residuals::within;
 use bristle::parameter::ParameterError;
-use bristle::scalar::{lit, nan};
+use bristle::scalar::lit;
 use bristle::{Branch, Bristle, Scalar, Surface};
 use bristle_joint::{
     GearFriction, GearTorques, JointInputValue, JointMotion, JointState, JointTorques,
@@ -51,11 +51,11 @@ impl<'a, T: Scalar> Plant<'a, T> {
             model,
             log,
             rows,
-            inertia: value("inertia").unwrap_or_else(nan) + lit(log.load.inertia),
+            inertia: value("inertia").unwrap_or_else(T::nan) + lit(log.load.inertia),
             constant,
             gain: value("resistance").map_or(constant, |resistance| constant / resistance),
             exponent: value("duty_exponent"),
-            terms: names.map(|name| value(name).unwrap_or_else(nan)).collect(),
+            terms: names.map(|name| value(name).unwrap_or_else(T::nan)).collect(),
             gear: GearFriction::new(model.friction.gear(value, model.fastest)?)?,
         })
     }

@@ -9,7 +9,7 @@ use super::log::{DriveLog, Source};
 use super::smooth::{SmoothedLog, smooth};
 use crate::Fit;
 use bristle::number::Number;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle_joint::{GearFriction, Gravity};
 
 /// Errors by one criterion.
@@ -115,7 +115,10 @@ impl Model {
             constant && *source != Source::Torque || resistance && source.is_electric()
         };
         if logs.iter().any(|smoothed| is_foreign(&smoothed.log.source)) {
-            return Err(parameter::chosen("an electric drive", "this fit takes logs of torque"));
+            return Err(ParameterError::chosen(
+                "an electric drive",
+                "this fit takes logs of torque",
+            ));
         }
         Ok(())
     }
@@ -148,7 +151,7 @@ impl JointFit {
         let pieces = log.pieces().into_iter().filter(|piece| piece.len() > 1);
         for (piece, errors) in pieces.zip(parts.iter().flatten()) {
             for (row, &error) in piece.skip(1).zip(errors) {
-                parameter::component(row, parameter::finite("simulated position", error))?;
+                ParameterError::of_component(row, Named("simulated position", error).finite())?;
                 positions.iter_mut().skip(row).take(1).for_each(|x| *x += error);
             }
         }

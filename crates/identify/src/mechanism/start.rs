@@ -11,7 +11,7 @@ use super::log::{DriveLog, Source};
 use super::smooth::{Smoothed, SmoothedLog};
 use crate::log::range;
 use crate::triangle::Triangle;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 
 /// Values around which the parameters are searched.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,9 +49,9 @@ fn motor(log: &DriveLog, row: &Smoothed, constant: f64, resistance: f64) -> f64 
 fn given(joint: &Joint, needed: bool, name: &'static str) -> Result<Option<f64>, ParameterError> {
     match (needed, joint.given(name)) {
         (false, _) => Ok(None),
-        (true, Some((value, _))) => parameter::positive(name, value).map(Some),
+        (true, Some((value, _))) => Named(name, value).positive().map(Some),
         (true, None) => {
-            Err(parameter::chosen(name, "this drive takes a known or starting value of"))
+            Err(ParameterError::chosen(name, "this drive takes a known or starting value of"))
         }
     }
 }
@@ -77,7 +77,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
     });
     let known_torque = largest(|log| log.load.gravity_torque.abs());
     let size = torque.max(known_torque).max(joint.given("gravity_torque").map_or(0.0, |g| g.0));
-    parameter::positive("the largest torque of the drives", size)?;
+    Named("the largest torque of the drives", size).positive()?;
 
     let equation = Equation::new(joint);
     let mut triangle = Triangle::new(equation.width());
@@ -85,13 +85,13 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
         let (mut entries, right) = equation.row(log, row, motor(log, row, k, r));
         triangle.push(&mut entries, right);
     }
-    parameter::count("rows that move", triangle.rows, equation.width() + 1)?;
+    Named("rows that move", triangle.rows).count(equation.width() + 1)?;
     let ([inertia, drag, coulomb], terms) = equation.solve(&triangle);
     // Of a drive with the wrong sign, inertia and friction both come out negative.
     let rule = "be positive: does the drive have the sign of the position, and both SI units?";
     let loads = logs.iter().map(|one| one.log.load.inertia).sum::<f64>() / logs.len().max(1) as f64;
     let total = inertia + loads;
-    parameter::stated("inertia", total, total > 0.0 || coulomb > 0.0, rule)?;
+    Named("inertia", total).stated(total > 0.0 || coulomb > 0.0, rule)?;
     Ok(Guess {
         inertia: inertia.max(1e-3 * size / swing.sqrt().max(f64::MIN_POSITIVE)),
         drag: drag.max(0.0),

@@ -34,7 +34,7 @@ pub(crate) fn report() -> Result<(), Box<dyn Error>> {
     println!("one axis (M_z: with the self-aligning moment, on one axis as well)");
     println!("pressure          segments    step  ratio companion  ratio");
     let constant = PolynomialExponential::constant();
-    let exponential = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY)?;
+    let exponential = PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY)?;
     let parabolic = PolynomialExponential::parabolic();
     for segments in [100, 1000] {
         combined("constant", constant, segments, false)?;
@@ -58,8 +58,8 @@ fn combined<const N: usize>(
         .map(|phase| Vector2::new(1.0 + 0.5 * phase.sin(), 0.5 * (0.7 * phase).cos()))
         .collect();
     let rolling_speed = 2.0; // m/s
-    let duration = paper::TYRE_LENGTH / (rolling_speed * segments as f64);
-    let length = paper::TYRE_LENGTH;
+    let duration = bristle_rolling::TYRE_LENGTH / (rolling_speed * segments as f64);
+    let length = bristle_rolling::TYRE_LENGTH;
     let curve = Stribeck::new(paper::TYRE_CURVE)?;
     let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     let line = FrBd::new(curve, bristle);
@@ -132,7 +132,7 @@ fn model<M: Bristle<f64, Deflection = f64> + Copy>(
 ) -> Result<(), Box<dyn Error>> {
     for segments in [100, 1000, 10_000] {
         row(name, "constant", model, PolynomialExponential::constant(), segments)?;
-        let decay = paper::TYRE_PRESSURE_DECAY;
+        let decay = bristle_rolling::TYRE_PRESSURE_DECAY;
         row(name, "exponential", model, PolynomialExponential::exponential(decay)?, segments)?;
         row(name, "parabolic", model, PolynomialExponential::parabolic(), segments)?;
     }
@@ -148,9 +148,10 @@ fn row<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
 ) -> Result<(), Box<dyn Error>> {
     let velocities: Vec<f64> = (0..1024).map(|n| 1.0 + 0.5 * (0.37 * f64::from(n)).sin()).collect();
     let rolling_speed = 2.0; // m/s
-    let duration = paper::TYRE_LENGTH / (rolling_speed * segments as f64);
+    let duration = bristle_rolling::TYRE_LENGTH / (rolling_speed * segments as f64);
     let contact = model.under_load(1.0)?;
-    let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
+    let patch =
+        Patch::new(PatchParameters { model, length: bristle_rolling::TYRE_LENGTH, pressure })?;
     let mut rolling = patch.under_load(1.0)?.exact_in(segments)?;
     // A transit, so that the queue is full.
     for n in 0..2 * segments {

@@ -70,7 +70,7 @@ fn each_pressure<M: Bristle<f64, Deflection = f64> + Copy>(
     name: &'static str,
     model: M,
 ) -> Result<(), Box<dyn Error>> {
-    let exponential = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY)?;
+    let exponential = PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY)?;
     sweep(rows, (name, "parabolic"), model, PolynomialExponential::parabolic())?;
     sweep(rows, (name, "constant"), model, PolynomialExponential::constant())?;
     sweep(rows, (name, "exponential"), model, exponential)
@@ -82,7 +82,8 @@ fn sweep<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
 ) -> Result<(), Box<dyn Error>> {
-    let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
+    let patch =
+        Patch::new(PatchParameters { model, length: bristle_rolling::TYRE_LENGTH, pressure })?;
     let patch = patch.under_load(1.0)?;
     let reference = reference(&patch, 2e-4);
     let other = reference_error(&reference, &self::reference(&patch, 1.3e-4));

@@ -13,8 +13,8 @@ use super::{Memory, PatchLedger, slipped};
 use crate::combined::finite;
 use crate::patch::Frozen;
 use crate::{Motion, Patch, PolynomialExponential};
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, larger};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::is_zero;
 use bristle::{Affine, Contact, Reloaded, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -34,7 +34,7 @@ use bristle_plane::PlaneBristle;
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
 ///     model: PlaneFrBd::isotropic(curve, bristle),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic().padded::<4>(), // for the moment
 /// })?
 /// .under_load(4000.0)?; // N
@@ -83,7 +83,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         B: Memory<T, N>,
     {
         for memory in &segments {
-            parameter::count("segments", memory.as_ref().len(), Queue::<T, N, B>::LEAST)?;
+            Named("segments", memory.as_ref().len()).count(Queue::<T, N, B>::LEAST)?;
         }
         let decay = self.pressure().decay();
         let queues = segments.map(|memory| Queue::new(memory, decay));
@@ -142,7 +142,7 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         // No bristle is deflected by more on any axis.
         let most = SVector::from_fn(|i, _| {
             let (low, high) = self.queues[i].range();
-            larger(-low, high)
+            (-low).larger(high)
         });
         let limits = self.patch.model().limits(slip_velocity.norm());
         let kept = if is_zero(normal_force) {
@@ -191,7 +191,7 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         motion: Motion<SVector<T, A>, T>,
         duration: T,
     ) -> Result<SVector<T, A>, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let all = self.frozen(motion)?;
         let Self { patch, queues } = self;
         Ok(SVector::from_fn(|i, _| patch.step_in(&mut queues[i], &all[i], duration)))
@@ -229,7 +229,7 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         predicted: Motion<SVector<T, A>, T>,
         duration: T,
     ) -> Result<CombinedStep<'_, T, M, A, N, B>, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let mut couplings = [Coupling::idle(); A];
         let all = self.frozen(predicted)?;
         let stiffness = self.patch.model().storage_stiffness();

@@ -35,9 +35,9 @@ use crate::moments::phi1;
 use crate::patch::{Frozen, finite};
 use crate::quadrature::{integrate, integrate_gentle};
 use crate::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::HeldWeights as _;
-use bristle::scalar::{is_zero, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Bristle, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
@@ -176,7 +176,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         predicted: Motion<T>,
         duration: T,
     ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let (frozen, stiffness) = (self.frozen(predicted)?, self.patch.model().storage_stiffness());
         let coupling = self.patch.coupling(&mut self.queue, stiffness, frozen, duration)?;
         Ok(PatchStep { rolling: self, coupling })
@@ -249,7 +249,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let one = T::one();
         let reach = transport * duration;
         let mut squares = T::zero();
-        queue.leaving(smaller(reach, one), |from, to, steepness, outgoing| {
+        queue.leaving(reach.smaller(one), |from, to, steepness, outgoing| {
             let way = to - from;
             let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
             integrate(steepness, |part, weight| {
@@ -293,7 +293,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let mut free = pressure.weigh_on_the_way(&staying, distance, exponent);
         let whole = affine.weights(duration);
         // How far old bristles get, and ∫ p dξ of those that stay.
-        let reach = smaller(distance, one);
+        let reach = distance.smaller(one);
         let staying = shifted(level_moments(one - reach, decay), reach, decay);
         let staying = pressure.weigh(&staying);
         let mut driven = whole.driven_mean(one) * staying;
@@ -381,7 +381,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
     pub fn commit(self, mean_slip_velocity: T) -> Result<T, ParameterError> {
-        let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
+        let mean_slip_velocity = Named("mean_slip_velocity", mean_slip_velocity).finite()?;
         Ok(self.coupling.commit(&mut self.rolling.queue, mean_slip_velocity))
     }
 
@@ -395,7 +395,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         self,
         mean_slip_velocity: T,
     ) -> Result<PatchLedger<T>, ParameterError> {
-        let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
+        let mean_slip_velocity = Named("mean_slip_velocity", mean_slip_velocity).finite()?;
         let ExactPatch { patch, queue } = self.rolling;
         let stiffness = patch.model().storage_stiffness();
         Ok(patch.commit_with_ledger(queue, stiffness, &self.coupling, mean_slip_velocity))

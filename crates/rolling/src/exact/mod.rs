@@ -28,8 +28,8 @@ pub use queue::{Memory, Segment};
 
 use super::patch::Frozen;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{lit, smaller};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::lit;
 use bristle::{Affine, Bristle, Reloaded, Scalar};
 use profile::{Profile, level};
 use queue::Queue;
@@ -53,7 +53,7 @@ const MOST_SEGMENTS: usize = 10_000_000;
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(curve, bristle),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
 /// .under_load(4000.0)?; // N
@@ -118,7 +118,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>
         segments: B,
     ) -> Result<ExactPatch<T, M, N, B>, ParameterError> {
         let least = Queue::<T, N, B>::LEAST;
-        parameter::count("segments", segments.as_ref().len(), least)?;
+        Named("segments", segments.as_ref().len()).count(least)?;
         let decay = self.pressure().decay();
         Ok(ExactPatch { queue: Queue::new(segments, decay), patch: self })
     }
@@ -148,9 +148,9 @@ pub(crate) fn slipped<T: Scalar>(stored: T, kept: T) -> T {
 fn memory<T: Scalar, const N: usize>(
     segments: usize,
 ) -> Result<alloc::vec::Vec<Segment<T, N>>, ParameterError> {
-    parameter::count("segments", segments, 8)?;
+    Named("segments", segments).count(8)?;
     let most = MOST_SEGMENTS as f64;
-    parameter::at_most("segments", segments as f64, "the largest patch", most)?;
+    Named("segments", segments as f64).at_most("the largest patch", most)?;
     Ok(alloc::vec![Segment::default(); 2 * segments + 8])
 }
 
@@ -188,10 +188,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let (model, surface) = (self.patch.model(), self.patch.contact().surface(slip_velocity));
         let stiffness = model.storage_stiffness();
         let (low, high) = self.queue.range();
-        let kept = smaller(
-            change.kept_by(model, surface, stiffness * low),
-            change.kept_by(model, surface, stiffness * high),
-        );
+        let kept = (change.kept_by(model, surface, stiffness * low)).smaller(change.kept_by(
+            model,
+            surface,
+            stiffness * high,
+        ));
         let dissipated = slipped(self.stored_energy(), kept);
         self.queue.scale(kept);
         Ok(Reloaded { deflection: (), dissipated })
@@ -246,12 +247,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         deflection: impl Fn(T) -> T,
     ) -> Result<(), ParameterError> {
         let most = self.queue.capacity() / 2;
-        parameter::count("segments", segments, 1)?;
-        parameter::at_most("segments", segments as f64, "half of the memory", most as f64)?;
+        Named("segments", segments).count(1)?;
+        Named("segments", segments as f64).at_most("half of the memory", most as f64)?;
         let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
         for number in 0..=segments {
-            let checked = parameter::finite("deflection", deflection(place(number)));
-            parameter::component(number, checked)?;
+            let checked = Named("deflection", deflection(place(number))).finite();
+            ParameterError::of_component(number, checked)?;
         }
         self.queue.fill(segments, |number| {
             let (from, to) = (place(number), place(number + 1));
@@ -271,7 +272,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// velocity at which a coefficient of the model is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let frozen = self.frozen(motion)?;
         Ok(self.patch.step_in(&mut self.queue, &frozen, duration))
     }

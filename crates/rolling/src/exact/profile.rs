@@ -2,7 +2,7 @@
 
 use crate::moments::{decaying, phi1, rising};
 use bristle::Scalar;
-use bristle::scalar::{is_zero, larger, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 
 /// What a step makes of every bristle that was there at its beginning: z ← decay·z + offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,8 +88,8 @@ impl<T: Scalar> Profile<T> {
     /// No deflection of the newest part of the width is outside of this.
     pub(super) fn range(&self, part: T) -> (T, T) {
         let (end, bulge) = (Self { bulge: T::zero(), ..*self }.at(part), self.bulge * lit(0.25));
-        let low = smaller(self.base, end) + smaller(bulge, T::zero());
-        (low, larger(self.base, end) + larger(bulge, T::zero()))
+        let low = self.base.smaller(end) + bulge.smaller(T::zero());
+        (low, self.base.larger(end) + bulge.larger(T::zero()))
     }
 
     /// The segment after a step.
@@ -148,12 +148,12 @@ impl<T: Scalar> Profile<T> {
         let ends = [newer.base, newer.at(T::one()), self.base, self.at(T::one())];
         let (least, most) = ends
             .into_iter()
-            .fold((mean, mean), |(least, most), end| (smaller(least, end), larger(most, end)));
+            .fold((mean, mean), |(least, most), end| (least.smaller(end), most.larger(end)));
         let (below, above) = (mean - least, most - mean);
         let rest = T::one() - middle;
-        let rising = smaller(below / middle, above / rest);
-        let falling = smaller(above / middle, below / rest);
-        let tilt = larger(smaller(tilt, rising), -falling);
+        let rising = (below / middle).smaller(above / rest);
+        let falling = (above / middle).smaller(below / rest);
+        let tilt = tilt.smaller(rising).larger(-falling);
         Self::straight(width, mean - middle * tilt, mean + rest * tilt)
     }
 }

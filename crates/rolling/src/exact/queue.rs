@@ -22,7 +22,7 @@ use crate::quadrature::integrate;
 use crate::{PolynomialExponential, Pressure};
 use bristle::Scalar;
 use bristle::rheology::{Deflection as _, HeldWeights as _};
-use bristle::scalar::{is_zero, larger, lit, nan, smaller};
+use bristle::scalar::{is_zero, lit};
 
 /// Memory for one segment of the deflection profile of an
 /// [`ExactPatch`](crate::ExactPatch).
@@ -241,7 +241,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
     /// Takes all bristles to the profile of steady rolling.
     pub(super) fn settle(&mut self, frozen: &Frozen<T>) {
         // A patch that stands settles as one that takes very long to cross.
-        let transport = larger(frozen.transport, lit(1e-30));
+        let transport = frozen.transport.larger(lit(1e-30));
         self.replace(frozen.affine.relaxation, frozen.drive(), transport);
     }
 
@@ -261,7 +261,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
         let mut range = (T::zero(), T::zero());
         self.profile(|segment, _, part| {
             let (low, high) = segment.range(part);
-            range = (smaller(range.0, low), larger(range.1, high));
+            range = (range.0.smaller(low), range.1.larger(high));
         });
         range
     }
@@ -355,7 +355,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
 
     /// The deflection at a place between 0 and 1, NaN elsewhere.
     pub(super) fn deflection(&self, place: T) -> T {
-        let mut found = nan();
+        let mut found = T::nan();
         if place >= T::zero() && place <= T::one() {
             self.profile(|segment, from, _| {
                 if place >= from && segment.width > T::zero() {
@@ -388,7 +388,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
             moments = [T::zero(); N];
             let front = (0..self.front_count).filter_map(|number| self.segment(number));
             if let Some(last) = front.into_iter().find(|segment| segment.place < cut) {
-                let part = smaller((cut - last.place) / last.profile.width, T::one());
+                let part = ((cut - last.place) / last.profile.width).smaller(T::one());
                 let own = last.profile.moments::<N>(part, self.decay);
                 moments = shifted(own, last.place, self.decay);
                 add(&mut moments, &last.moments);
@@ -408,7 +408,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
             let Some(segment) = self.segment(number) else { return };
             // The newest bristle of the segment is at the outlet after this distance.
             let gone = T::one() - self.shift - segment.place;
-            let to = smaller(gone, distance);
+            let to = gone.smaller(distance);
             if to > from {
                 let profile = segment.profile.mapped(self.map_since);
                 let steepness = profile.exponent * ((to - from) / profile.width);

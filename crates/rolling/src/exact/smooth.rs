@@ -33,9 +33,9 @@ use core::ops::Range;
 use super::queue::Held;
 use super::{ExactPatch, Memory, Motion};
 use crate::patch::coefficients;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::root::enclose;
-use bristle::scalar::{is_zero, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::signal::Signal;
 use bristle::{Bristle, Scalar};
 
@@ -75,7 +75,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::parabolic(),
     /// })?;
     /// let swing = SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 };
@@ -125,7 +125,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::parabolic(),
     /// })?;
     /// let swing = SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 };
@@ -150,8 +150,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         tolerance: T,
     ) -> Result<T, ParameterError> {
         let least = lit::<T>(1000.0) * T::default_epsilon();
-        let tolerance = parameter::positive("tolerance", tolerance)?;
-        parameter::at_least("tolerance", tolerance, "a thousand roundings", least)?;
+        let tolerance = Named("tolerance", tolerance).positive()?;
+        Named("tolerance", tolerance).at_least("a thousand roundings", least)?;
         self.roll_over(motion, span, Some(tolerance))
     }
 
@@ -161,14 +161,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         span: Range<T>,
         tolerance: Option<T>,
     ) -> Result<T, ParameterError> {
-        let from = parameter::finite("start of the span", span.start)?;
-        let to = parameter::finite("end of the span", span.end)?;
-        parameter::non_negative("duration", to - from)?;
+        let from = Named("start of the span", span.start).finite()?;
+        let to = Named("end of the span", span.end).finite()?;
+        Named("duration", to - from).non_negative()?;
         let at_end = slip_at(motion, to)?;
         let affine_at_end = coefficients(self.patch.contact(), at_end)?;
         // With a tolerance a piece is at most twice as long as the one before.
         let until = |time: T, last: T| match tolerance {
-            Some(_) => smaller(to, time + last + last),
+            Some(_) => to.smaller(time + last + last),
             None => to,
         };
         // Look first, so that a refusal leaves the patch as it was.
@@ -178,7 +178,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
             (time, last) = (piece.0, piece.0 - time);
             first = first.or(Some(piece));
             pieces += 1;
-            parameter::at_most("pieces of the span", pieces as f64, "limit", MOST_PIECES)?;
+            Named("pieces of the span", pieces as f64).at_most("limit", MOST_PIECES)?;
         }
         (time, last) = (from, to - from);
         while time < to {
@@ -226,7 +226,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
                 let parts = (1_usize << HALVINGS) as f64;
                 let rule = Rule::AtMost { other: "the limit for one span", limit: LONGEST * parts };
                 let crossed = whole.distance * lit(parts);
-                return Err(parameter::refused("crossings of the patch", crossed, rule));
+                return Err(Named("crossings of the patch", crossed).refused(rule));
             }
             halvings += 1;
             end = middle;
@@ -293,7 +293,7 @@ fn slip_at<T: Scalar, S: Signal<T>, W>(
     motion: &Motion<S, W>,
     time: T,
 ) -> Result<T, ParameterError> {
-    parameter::finite("slip_velocity", motion.slip_velocity.value(time))
+    Named("slip_velocity", motion.slip_velocity.value(time)).finite()
 }
 
 /// The first reversal of v between two times, of those that looking at its thirds shows.

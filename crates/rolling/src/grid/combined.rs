@@ -24,8 +24,8 @@ use super::{Line, Mesh, affine_of};
 use crate::combined::finite;
 use crate::exact::slipped;
 use crate::{Motion, Patch, Pressure};
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, lit, smaller};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Contact, Reloaded, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -50,7 +50,7 @@ use bristle_plane::PlaneBristle;
 ///
 /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
-/// let (length, speed) = (paper::TYRE_LENGTH, 16.0); // m, m/s
+/// let (length, speed) = (bristle_rolling::TYRE_LENGTH, 16.0); // m, m/s
 /// let tyre = Patch::new(PatchParameters {
 ///     model: PlaneFrBd::isotropic(curve, bristle),
 ///     length,
@@ -132,7 +132,7 @@ where
                 let limits = model.limits(slip_velocity(place).norm());
                 let at_node = |line: &Line<T>| line.deflections.get(node).copied();
                 let z = self.lines.each_ref().map(|line| at_node(line).unwrap_or_else(T::zero));
-                kept = smaller(kept, change.kept(limits.utilisation(&z.into(), scale)));
+                kept = kept.smaller(change.kept(limits.utilisation(&z.into(), scale)));
             }
         }
         let dissipated = slipped(self.stored_energy(), kept);
@@ -196,7 +196,7 @@ where
         F: Fn(T, T) -> SVector<T, A>,
         G: Fn(T, T) -> T,
     {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let Motion { slip_velocity, rolling_speed } = field;
         let (model, scale) = (self.contact.model(), self.contact.friction_scale());
         let paths = Paths {

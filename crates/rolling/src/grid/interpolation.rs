@@ -10,7 +10,7 @@
 //! schemes with Runge–Kutta time stepping", Journal of Computational Physics 136 (1997), 83–99.
 
 use bristle::Scalar;
-use bristle::scalar::{is_zero, larger, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 
 /// Most nodes of a polynomial.
 pub(super) const MOST: usize = 6;
@@ -95,7 +95,7 @@ fn limited<T: Scalar>(values: &[T], cell: usize, value: T) -> T {
     };
     rises |= outside > T::zero();
     falls |= outside < T::zero();
-    if rises && falls { value } else { cut(value, smaller(here, next), larger(here, next)) }
+    if rises && falls { value } else { cut(value, here.smaller(next), here.larger(next)) }
 }
 
 /// How much the data 0, b, c, d would rise over the cell before them if they were bent there as
@@ -116,7 +116,7 @@ fn before<T: Scalar>(b: T, c: T, d: T) -> T {
 /// A value cut to a range; NaN stays NaN.
 #[inline(always)]
 pub(super) fn cut<T: Scalar>(value: T, low: T, high: T) -> T {
-    smaller(larger(value, low), high)
+    value.larger(low).smaller(high)
 }
 
 #[cfg(test)]

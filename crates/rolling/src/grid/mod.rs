@@ -38,9 +38,9 @@ use nalgebra::Vector1;
 
 use super::{Motion, Patch, Pressure};
 use crate::exact::slipped;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::rheology::HeldWeights as _;
-use bristle::scalar::{is_zero, lit, nan, smaller, to_f64};
+use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::{Affine, Bristle, Contact, Reloaded, Scalar, Surface};
 use interpolation::{Interpolation, cut};
 use path::{Paths, located, widened};
@@ -210,8 +210,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let cells = self.cells();
         let nodes = self.line.deflections.iter_mut().zip(&self.mesh.places);
         for (node, (deflection, &place)) in nodes.enumerate() {
-            let at =
-                |place| parameter::component(node, parameter::finite("profile", profile(place)));
+            let at = |place| {
+                ParameterError::of_component(node, Named("profile", profile(place)).finite())
+            };
             *deflection = at(place)?;
             // The extrema may lie between the nodes.
             for sample in 0..if node < cells { SAMPLES } else { 1 } {
@@ -262,7 +263,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             for (node, &deflection) in self.line.deflections.iter().enumerate() {
                 if let Some(model) = self.contact.model().at(node) {
                     let carried = model.storage_stiffness() * deflection;
-                    kept = smaller(kept, change.kept_by(model, surface, carried));
+                    kept = kept.smaller(change.kept_by(model, surface, carried));
                 }
             }
         }
@@ -293,7 +294,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// elsewhere.
     pub fn deflection(&self, place: T) -> T {
         let inside = place >= T::zero() && place <= T::one();
-        if inside { self.line.at(place) } else { nan() }
+        if inside { self.line.at(place) } else { T::nan() }
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ σ0 p z² dξ \[J\].
@@ -321,13 +322,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// Refuses velocities that are not finite, a duration that is negative or not finite, and a
     /// force that is not finite.
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
-        let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
-        let speed = parameter::finite("rolling_speed", motion.rolling_speed)?;
+        let slip = Named("slip_velocity", motion.slip_velocity).finite()?;
+        let speed = Named("rolling_speed", motion.rolling_speed).finite()?;
         let Bristles::Uniform(model) = self.contact.model() else {
             let field = Motion { slip_velocity: |_, _| slip, rolling_speed: |_, _| speed };
             return self.step_field(&field, duration);
         };
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let affine = affine_of(model, self.contact.friction_scale(), slip, T::zero());
         let drive = affine.drive * slip;
         let courant = speed / self.mesh.length * duration * lit(self.cells() as f64);
@@ -336,7 +337,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let sums = (self.mesh.weights.iter().zip(&self.line.next))
             .fold((T::zero(), T::zero()), |sums, (&w, &z)| (sums.0 + w * z, sums.1 + w));
         let coefficient = affine.stiffness * sums.0 + affine.damping * slip * sums.1;
-        let force = parameter::finite("force", self.contact.reference_load() * coefficient)?;
+        let force = Named("force", self.contact.reference_load() * coefficient).finite()?;
         self.line.commit(range);
         Ok(force)
     }
@@ -363,7 +364,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         F: Fn(T, T) -> T,
         G: Fn(T, T) -> T,
     {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let Motion { slip_velocity, rolling_speed } = field;
         let (bristles, scale) = (self.contact.model(), self.contact.friction_scale());
         let paths = Paths {
@@ -387,7 +388,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             }
         }
         let force = self.force_of(&self.line.next, &|place| slip_velocity(place, duration));
-        let force = parameter::finite("force", force)?;
+        let force = Named("force", force).finite()?;
         let [range] = ranges;
         self.line.commit(range);
         Ok(force)
@@ -428,7 +429,7 @@ impl<T: Scalar> Mesh<T> {
         cells: usize,
     ) -> Result<Self, ParameterError> {
         let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
-        parameter::check("cells", cells as f64, (1..=MOST_CELLS).contains(&cells), rule)?;
+        Named("cells", cells as f64).check((1..=MOST_CELLS).contains(&cells), rule)?;
         let width = T::one() / lit(cells as f64);
         let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * width).collect();
         places.push(T::one());

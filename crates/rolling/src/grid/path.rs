@@ -26,9 +26,9 @@ use nalgebra::SVector;
 use super::interpolation::{cut, lagrange};
 use super::{Bristles, affine_of};
 use crate::combined::finite;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::root::enclose;
-use bristle::scalar::{larger, lit, smaller, to_f64};
+use bristle::scalar::{lit, to_f64};
 use bristle::{Bristle, Scalar};
 
 /// √6
@@ -86,7 +86,7 @@ impl<T: Scalar> Change<T> {
         // more of it.
         let faded = (-whole).exp_m1();
         let quotient = if relaxation > T::zero() { -faded / relaxation } else { T::one() };
-        self.gained += self.decay * smaller(quotient, lit(2.0)) * gained;
+        self.gained += self.decay * quotient.smaller(lit(2.0)) * gained;
         self.decay *= T::one() + faded;
     }
 }
@@ -103,7 +103,7 @@ pub(super) struct Arrival<T, const A: usize> {
 /// A range and a value in one range; NaN does not widen it.
 #[inline]
 pub(super) fn widened<T: Scalar>((low, high): (T, T), value: T) -> (T, T) {
-    (smaller(low, value), larger(high, value))
+    (low.smaller(value), high.larger(value))
 }
 
 /// Everything the paths of a step share.
@@ -186,10 +186,10 @@ where
         let mut arrival =
             Arrival { changes: [Change { decay: one, gained: zero }; A], origin: None };
         let rolling_speed = (self.rolling_speed)(inside(node), self.duration);
-        let transport = parameter::finite("rolling_speed", rolling_speed)? / self.length;
+        let transport = Named("rolling_speed", rolling_speed).finite()? / self.length;
         // A hundredth of a cell is crossed within the rounding of the time.
         let longest = width / (transport.abs() * T::default_epsilon() * lit(1e2));
-        parameter::at_most("duration", self.duration, "what resolves a cell", longest)?;
+        Named("duration", self.duration).at_most("what resolves a cell", longest)?;
         let mut slip = self.slip(node, self.duration);
         finite("slip_velocity", &slip)?;
         let mut here = (self.duration, node, transport);
@@ -224,7 +224,7 @@ where
             }
             (here, slip) = (start, before);
             panels += 1;
-            parameter::at_most("panels of a path", panels as f64, "limit", most as f64)?;
+            Named("panels of a path", panels as f64).at_most("limit", most as f64)?;
         }
         arrival.origin = Some(inside(here.1));
         Ok(arrival)

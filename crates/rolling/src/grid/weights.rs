@@ -13,8 +13,8 @@ use super::super::Pressure;
 use super::interpolation::{lagrange, stencil};
 use crate::quadrature::evenly;
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{lit, smaller};
+use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::lit;
 
 /// Eight points integrate e^(−3t) on 0 … 1 to rounding, and no pressure of this crate is steeper
 /// than e^(−50ξ).
@@ -56,18 +56,18 @@ fn attempted<T: Scalar, P: Pressure<T>>(
         let edge = |i: usize| lit::<T>(i as f64) * width;
         let (mut from, end) = (edge(cell), edge(cell + 1));
         while from < end {
-            let to = smaller(from + lit(WIDEST), end);
+            let to = (from + lit(WIDEST)).smaller(end);
             let knot = pressure.next_knot(from).filter(|&knot| knot > from);
-            let to = knot.map_or(to, |knot| smaller(to, knot));
+            let to = knot.map_or(to, |knot| to.smaller(knot));
             let mut checked = Ok(T::zero());
             evenly((from, to), 1, &mut |place, share| {
                 let load = pressure.at(place);
-                checked = checked.and_then(|_| parameter::non_negative("pressure", load));
+                checked = checked.and_then(|_| Named("pressure", load).non_negative());
                 let polynomials = lagrange(place / width - lit(first as f64), count);
                 let nodes = weights.iter_mut().skip(first).zip(polynomials).take(count);
                 nodes.for_each(|(weight, l)| *weight += load * share * l);
             });
-            parameter::component(cell, checked)?;
+            ParameterError::of_component(cell, checked)?;
             from = to;
         }
     }

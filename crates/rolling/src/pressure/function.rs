@@ -3,7 +3,7 @@
 use super::Pressure;
 use crate::quadrature::weigh;
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::scalar::to_f64;
 use bristle::signal::Signal;
 
@@ -49,11 +49,12 @@ impl<T: Scalar, S: Signal<T>> FunctionPressure<T, S> {
         let mut answer = Ok(T::zero());
         let mut look = |place: T| {
             let (value, slope) = pressure.at_and_slope(place);
-            let checked = parameter::finite("pressure", value)
-                .and_then(|_| parameter::finite("the pressure's slope", slope))
+            let checked = Named("pressure", value)
+                .finite()
+                .and_then(|_| Named("the pressure's slope", slope).finite())
                 .and_then(|_| {
                     let rule = Rule::NonNegativeAt { place: to_f64(place) };
-                    parameter::check("pressure", value, value >= T::zero(), rule)
+                    Named("pressure", value).check(value >= T::zero(), rule)
                 });
             answer = answer.and(checked);
         };

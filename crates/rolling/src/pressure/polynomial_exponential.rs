@@ -8,8 +8,8 @@ use nalgebra::Complex;
 use super::Pressure;
 use crate::moments::{complex_decaying, decaying, rising};
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::{is_zero, larger, lit, to_f64};
+use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::scalar::{is_zero, lit, to_f64};
 
 /// Parameters of [`PolynomialExponential`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +68,7 @@ impl<T: Scalar> PolynomialExponential<T, 3> {
 
 fn admissible<T: Scalar>(decay: T) -> Result<T, ParameterError> {
     const MOST: f64 = 50.0;
-    parameter::between("decay", decay, -MOST, MOST)
+    Named("decay", decay).between(-MOST, MOST)
 }
 
 /// More would lose their digits to each other.
@@ -142,14 +142,14 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     pub fn new(parameters: PolynomialExponentialParameters<T, N>) -> Result<Self, ParameterError> {
         let PolynomialExponentialParameters { coefficients, decay } = parameters;
         let rule = Rule::CountBetween { least: 1, most: MOST_COEFFICIENTS };
-        parameter::check("coefficients", N as f64, (1..=MOST_COEFFICIENTS).contains(&N), rule)?;
+        Named("coefficients", N as f64).check((1..=MOST_COEFFICIENTS).contains(&N), rule)?;
         for (index, &coefficient) in coefficients.iter().enumerate() {
-            parameter::component(index, parameter::finite("coefficients", coefficient))?;
+            ParameterError::of_component(index, Named("coefficients", coefficient).finite())?;
         }
         let pressure = Self { coefficients, decay: admissible(decay)? };
         if let Some(place) = negative_place(&coefficients) {
             let rule = Rule::NonNegativeAt { place };
-            return Err(parameter::refused("pressure", pressure.at(lit(place)), rule));
+            return Err(Named("pressure", pressure.at(lit(place))).refused(rule));
         }
         Ok(pressure)
     }
@@ -254,7 +254,7 @@ impl<T: Scalar, const N: usize> Pressure<T> for PolynomialExponential<T, N> {
     }
 
     fn rise(&self, decay: T) -> T {
-        if decay > larger(T::one(), self.decay) {
+        if decay > T::one().larger(self.decay) {
             // Little enough remains for the difference.
             return self.total() - self.remaining(decay);
         }

@@ -47,7 +47,8 @@ fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
 }
 
 fn uniform(cells: usize) -> Grid<f64, Friction> {
-    let pressure = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap();
+    let pressure =
+        PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY).unwrap();
     Grid::new(&patch(tyre(), pressure), cells).unwrap()
 }
 
@@ -465,7 +466,8 @@ fn the_steady_force_of_the_tyre_is_the_one_in_closed_form() {
         let run = |mut grid: Grid<f64, _>| grid.step(motion, 1.0).unwrap();
         let flat = patch(model, PolynomialExponential::constant());
         let flat = run(Grid::new(&flat, 400).unwrap());
-        let steep = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap();
+        let steep =
+            PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY).unwrap();
         let steep = run(Grid::new(&patch(model, steep), 400).unwrap());
         // All printed digits.
         assert!((flat - constant).abs() < 6e-7, "{flat}");
@@ -481,7 +483,7 @@ fn stored_energy_and_samples_are_those_of_the_profile() {
         let got = grid.deflection(place);
         assert_within(1e-14, 2e-3, got, 1e-3 * (1.0 + place), || format!("{place}"));
     }
-    let a = paper::TYRE_PRESSURE_DECAY;
+    let a = bristle_rolling::TYRE_PRESSURE_DECAY;
     let weight = |place: f64| (-a * place).exp() * a / -(-a).exp_m1();
     let want = integral(0.0, 1.0, 10, |place| {
         0.5 * 252.0 * weight(place) * (1e-3 * (1.0 + place)).powi(2)

@@ -17,7 +17,7 @@ const ROLLING_SPEED: f64 = 16.0;
 const DAMPING: f64 = 0.3;
 
 fn exponential() -> PolynomialExponential<f64, 1> {
-    PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap()
+    PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY).unwrap()
 }
 
 fn trapezoidal() -> impl Pressure<f64> + Copy {
@@ -338,7 +338,7 @@ fn dahl() -> Dahl<f64> {
 fn slip_stiffness_is_that_of_the_springs_and_the_dashpots() {
     // L² (σ0 ∫ p ξ dξ + c₂ V ∫ p dξ) with ∫ p dξ = F_z/L and ∫ p ξ dξ = F_z/(2 L) for symmetric
     // pressure.
-    let (load, length) = (4000.0, paper::TYRE_LENGTH);
+    let (load, length) = (4000.0, bristle_rolling::TYRE_LENGTH);
     for (damping, speed) in [(0.0, 1.0), (0.0, 16.0), (0.3, 16.0)] {
         let springs = load * length * 252.0 / 2.0;
         let want = springs + load * damping * speed;
@@ -498,21 +498,21 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
     }
     // The dashpot adds σ1 v to σ0 z, without a moment: L/10/(1 + 2 σ1 U/(σ0 L)).
     let damped = patch(frbd(DAMPING), PolynomialExponential::parabolic());
-    let spring = paper::TYRE_BRISTLE.micro_stiffness * paper::TYRE_LENGTH;
+    let spring = paper::TYRE_BRISTLE.micro_stiffness * bristle_rolling::TYRE_LENGTH;
     let want = 0.01 / (1.0 + 2.0 * DAMPING * ROLLING_SPEED / spring);
     let got = damped.pneumatic_trail(at(0.0)).unwrap().unwrap();
     assert_within(1e-10, 0.1, got, want, || "parabola with a dashpot".into());
     // In between, by quadrature of p and z with the stationary values of the model.
     for slip in [1e-3, 0.05, 0.3] {
         let v = slip * ROLLING_SPEED;
-        let kappa =
-            frbd(0.0).affine(v.into(), 0.0).relaxation / (ROLLING_SPEED / paper::TYRE_LENGTH);
+        let kappa = frbd(0.0).affine(v.into(), 0.0).relaxation
+            / (ROLLING_SPEED / bristle_rolling::TYRE_LENGTH);
         let part = |power: i32| {
             bristle_specimens::integral(0.0, 1.0, 400, |x| {
                 6.0 * x * (1.0 - x) * (x - 0.5).powi(power) * -(-kappa * x).exp_m1()
             })
         };
-        let want = paper::TYRE_LENGTH * part(1) / part(0);
+        let want = bristle_rolling::TYRE_LENGTH * part(1) / part(0);
         let got = parabola.pneumatic_trail(at(slip)).unwrap().unwrap();
         // Some hundred roundings of a sum that is ten times the moment.
         assert_within(1e-13, 0.01, got, want, || format!("trail at {slip}"));
@@ -532,7 +532,7 @@ fn the_moment_of_a_sliding_patch_is_that_of_its_boundary_layer() {
             let affine = frbd(0.0).affine(v.into(), 0.0);
             let motion = motion(v, affine.relaxation / kappa);
             let coefficient = frbd(0.0).stationary_coefficient(v);
-            let unit = paper::TYRE_LENGTH * 4000.0 * coefficient.abs();
+            let unit = bristle_rolling::TYRE_LENGTH * 4000.0 * coefficient.abs();
             let k = kappa.recip();
             let flat = (0.5 * k - k * k, 1.0 - k);
             let arch =
@@ -547,8 +547,10 @@ fn the_moment_of_a_sliding_patch_is_that_of_its_boundary_layer() {
                 // of an eighth.
                 let want = unit * coefficient.signum() * moment;
                 assert_within(1e-16, unit, turning, want, || format!("moment at κ = {kappa}"));
-                let want = paper::TYRE_LENGTH * moment / force;
-                assert_within(1e-16, paper::TYRE_LENGTH, trail, want, || format!("trail, {kappa}"));
+                let want = bristle_rolling::TYRE_LENGTH * moment / force;
+                assert_within(1e-16, bristle_rolling::TYRE_LENGTH, trail, want, || {
+                    format!("trail, {kappa}")
+                });
             }
         }
     }

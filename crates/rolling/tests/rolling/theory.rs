@@ -395,6 +395,10 @@ fn check_limits<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
     let slack = 1.0 + 1e-3;
     for (step, &v) in velocities.iter().flat_map(|v| std::iter::repeat_n(v, 20)).enumerate() {
         advance(patch.model(), &mut row, v, transport);
+        // A row of a hundred is hardly another after one of its places.
+        if step % 4 != 3 {
+            continue;
+        }
         let elapsed = (step + 1) as f64 / (BRISTLES as f64 * transport);
         let limits = patch.limits(motion(fastest, transport), elapsed).unwrap();
         let got = norm(&row);

@@ -7,7 +7,7 @@ use bristle::{FrBd, paper};
 use bristle_rolling::{FunctionPressure, Motion, Patch, PatchParameters, Pressure};
 
 /// Length of its contact patch [m].
-pub(crate) const LENGTH: f64 = paper::TYRE_LENGTH;
+pub(crate) const LENGTH: f64 = bristle_rolling::TYRE_LENGTH;
 
 /// A motion whose bristles cross its patch `transport` times a second.
 pub(crate) fn motion(slip_velocity: f64, transport: f64) -> Motion<f64> {
