@@ -395,10 +395,10 @@ where
     }
 }
 
-/// 1/g, and zero where friction and damping are below what the scalar carries (10⁻²⁰⁰, `f32` 10⁻³⁶):
-/// there is no friction then, as without a load. NaN on a branch locked to the other direction of sliding where g has fallen to half of its
-/// value on the right one, about a third of the way to its pole. NaN if g has overflowed: 0 would
-/// switch the friction off.
+/// 1/g, and zero where friction and damping are below what the scalar carries (10⁻²⁰⁰, `f32`
+/// 10⁻³⁶): there is no friction then, as without a load. NaN on a branch locked to the other
+/// direction of sliding where g has fallen to half of its value on the right one, about a third of
+/// the way to its pole. NaN if g has overflowed: 0 would switch the friction off.
 #[inline(always)]
 pub(crate) fn inverse_resistance<T: Scalar>(
     surface: Surface<T>,

@@ -95,7 +95,9 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
 /// The smallest part of its expected value to which |e₅|/|e₃| may fall from one step to the next.
 const CHANCE: f64 = 0.3;
 
-const ROUGH: f64 = 1000.0;
+/// Beyond so many times its expected value a step is rough: a kink lies in it that nobody declared.
+const ROUGH: f64 = 10.0;
+
 /// Beyond this part of the stability limit, stability holds a step.
 const HELD: f64 = 0.6;
 
@@ -180,7 +182,8 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         self.jacobians = [None; 2];
     }
 
-    /// The finer of two errors, or more if the step before makes more likely.
+    /// The finer of two errors, or more if the step before makes more likely; and whether the step
+    /// is rough, so that the order of neither estimate says anything.
     ///
     /// |e₅| may pass zero by chance, as it does in systems of one or two states, and the step would
     /// become far too long. |e₅|/|e₃| behaves as h², and may not fall by much more than that.
@@ -199,15 +202,15 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         };
         let (of_fine, of_coarse) = (square(&fine), square(coarse));
         let fourth = step * step * step * step;
-        let expected = self.smoothness.0 * fourth * lit(CHANCE * CHANCE);
-        if of_fine < expected * of_coarse {
+        let expected = self.smoothness.0 * fourth;
+        let least = expected * lit(CHANCE * CHANCE);
+        if of_fine < least * of_coarse {
             self.smoothness.1 = self.smoothness.0 * lit(CHANCE * CHANCE);
-            (coarse * expected.sqrt(), false)
-        } else {
-            self.smoothness.1 = of_fine / (of_coarse * fourth);
-            let rough = expected > T::zero() && of_fine > expected * of_coarse * lit(ROUGH);
-            (fine, rough)
+            return (coarse * least.sqrt(), false);
         }
+        self.smoothness.1 = of_fine / (of_coarse * fourth);
+        let is_known = expected > T::zero();
+        (fine, is_known && of_fine > expected * of_coarse * lit(ROUGH * ROUGH))
     }
 }
 
@@ -250,9 +253,9 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         let (mut error, mut coarse_error) = (fine, None);
         if !B::COARSE_ERROR.is_empty() {
             let coarse = combine!(self.k, B::COARSE_ERROR) * h;
-            let rough;
-            (error, rough) = self.likely(fine, &coarse, &from.scale, h);
-            coarse_error = Some(coarse).filter(|_| !rough);
+            let is_rough;
+            (error, is_rough) = self.likely(fine, &coarse, &from.scale, h);
+            coarse_error = Some(coarse).filter(|_| !is_rough);
         }
         TrialStep { state, error, coarse_error, order: B::ERROR_ORDER }
     }

@@ -82,7 +82,8 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
 pub(super) struct Exponential<T, const N: usize> {
     /// 1 + A/3.
     above: SMatrix<T, N, N>,
-    /// 1 − 2A/3 + A²/6, factorised: below the diagonal the multipliers, on it the reciprocal pivots.
+    /// 1 − 2A/3 + A²/6, factorised: below the diagonal the multipliers, on it the reciprocal
+    /// pivots.
     below: SMatrix<T, N, N>,
     /// The row exchanged with each.
     exchanged: [usize; N],

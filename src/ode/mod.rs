@@ -28,6 +28,12 @@
 //! run with tighter ones where the estimate exceeds ten times the tolerance; the steps of such
 //! attempts count as rejected.
 //!
+//! A tolerance does not see what grows from far below it, such as steady sliding on a falling curve
+//! that has not begun to stick and slip. Where the Jacobian has eigenvalues that make something
+//! grow e⁴-fold over the rest of the run, steps are short enough to follow it. The derivatives that
+//! a system gives are compared with differences now and then, and refused if they are wrong
+//! ([`StopReason::WrongDerivative`]).
+//!
 //! A run that hands out its steps ([`Solver::stream`], [`Solver::begin`]) cannot be repeated. Its
 //! steps are four thousand times as tight as the tolerance, and it stops with
 //! [`StopReason::ErrorsGrow`] where that is not enough. Tolerances above 10⁻⁴ are met as 10⁻⁴ would

@@ -152,6 +152,7 @@ fn norm<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>, scales: &SVector<T
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 mod tests {
     use super::{Seeds, fastest, longer_by};
     use nalgebra::{Matrix3, Vector3};

@@ -59,7 +59,9 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     /// estimate then shortens the steps that cross it.
     fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K];
 
-    /// The right-hand side with its partial derivatives, if they are known.
+    /// The right-hand side with its partial derivatives, if they are known: exact ones, for methods
+    /// lose their order by others. Wrong ones are refused
+    /// ([`StopReason::WrongDerivative`](super::StopReason::WrongDerivative)).
     fn linearised(
         &self,
         time: T,

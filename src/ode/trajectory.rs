@@ -418,10 +418,11 @@ fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test panics to fail")]
 mod tests {
     use super::{Output, Recorder};
     use crate::Branch;
-    use crate::ode::{Automatic, Solver, System};
+    use crate::ode::{Solver, System};
     use nalgebra::Vector1;
 
     /// ẋ = cos t.
@@ -439,7 +440,6 @@ mod tests {
     #[test]
     fn a_run_ends_where_its_steps_are_more_than_can_be_stored() {
         let solver = Solver::automatic(1e-6, Vector1::new(1.0)).unwrap();
-        let _: &Solver<f64, Automatic, 1> = &solver;
         for output in [Output::Steps, Output::Dense] {
             let mut recorder = Recorder::new(output, 0.0..100.0);
             recorder.most_bytes = 2000;

@@ -207,8 +207,8 @@ fn the_balance_holds_in_single_precision() {
     assert!(inside > 2 * beyond, "{inside} steps tried, {beyond} left out");
 }
 
-/// Work less stored and dissipated energy, in roundings of what [`CompletedStep`] says that they are
-/// sums of; nothing where an f32 overflows, or has no digits.
+/// Work less stored and dissipated energy, in roundings of what [`CompletedStep`] says that they
+/// are sums of; nothing where an f32 overflows, or has no digits.
 fn roundings<T: Scalar>(specimen: &Specimen<T>, wild: Wild) -> Option<f64> {
     let (_, done, affine, z) = play(specimen, wild);
     let [relaxation, drive, stiffness, damping] =

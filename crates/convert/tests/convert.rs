@@ -334,7 +334,8 @@ fn a_bearing_table_is_met_at_its_rows_and_falls_from_its_peak() {
     }
     // Where the fall ends it is on the table's straight line.
     assert_within(1e-15, 2.0, curve.at(0.01), 2.0 - 0.5 * 0.01, || "landing".into());
-    // Between rows it is Modelica's straight line, but for the corners, and goes on beyond the last.
+    // Between rows it is Modelica's straight line, but for the corners, and goes on beyond the
+    // last.
     for n in 1..2000 {
         let speed = 0.01 + 0.1 * f64::from(n);
         let place = rows.iter().rposition(|row| row[0] <= speed).unwrap().min(2);

@@ -61,8 +61,8 @@
 //!
 //! # Limits
 //!
-//! A choice holds for its scene, at its answers. All runs can miss an event, or agree about an alias
-//! of a swing, that no signal declares
+//! A choice holds for its scene, at its answers. All runs can miss an event, or agree about an
+//! alias of a swing, that no signal declares
 //! ([`Signal::next_kink`](bristle::signal::Signal::next_kink),
 //! [`Signal::longest_step`](bristle::signal::Signal::longest_step)) and that is shorter than the
 //! steps of the reference: at least 8 from one answer to the next and 4096 over the scene, and as

@@ -82,8 +82,8 @@ pub trait Scene {
     /// Refuses a level that is not one of this scene's, and says why a run stopped.
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError>;
 
-    /// Steps from one answer to the next without which the inputs of the scene are not resolved: runs
-    /// with fewer may agree about an alias of an input, and are no reference.
+    /// Steps from one answer to the next without which the inputs of the scene are not resolved:
+    /// runs with fewer may agree about an alias of an input, and are no reference.
     fn fewest_steps(&self) -> u32 {
         1
     }

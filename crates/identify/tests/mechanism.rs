@@ -315,8 +315,8 @@ fn a_stopped_search_returns_the_best_so_far() {
     assert!((found.value("inertia").unwrap() / INERTIA - 1.0).abs() < 0.5, "{found}");
 }
 
-/// A callback is asked at every few runs over the logs, whatever the search does in between, and not
-/// again after it has stopped the fit.
+/// A callback is asked at every few runs over the logs, whatever the search does in between, and
+/// not again after it has stopped the fit.
 #[test]
 fn a_fit_can_be_stopped_everywhere() {
     let [log, ..] = logs(1, true);

@@ -119,9 +119,9 @@ impl<T: Scalar> FootprintPoint<T> {
 /// (F_x, F_y, M) on the other.
 ///
 /// A velocity that is kept in fixed axes is turned by −θ before a step, and the wrench by θ after
-/// it, where θ \[rad\] is the angle of the body that carries the points. In its axes the equation of
-/// motion of a mass has the term m Ω × v with its rate of turning Ω [rad/s], which is ω only if the
-/// other body does not turn.
+/// it, where θ \[rad\] is the angle of the body that carries the points. In its axes the equation
+/// of motion of a mass has the term m Ω × v with its rate of turning Ω [rad/s], which is ω only if
+/// the other body does not turn.
 ///
 /// ```
 /// use bristle::curve::{Coulomb, CoulombParameters};

@@ -99,8 +99,8 @@ const HALVINGS: usize = 8;
 const REPORTED: f64 = 0.1;
 
 impl Settings {
-    /// Refuses lengths, steps and bounds that are not positive, and steps that are far too short for
-    /// the rows of these logs.
+    /// Refuses lengths, steps and bounds that are not positive, and steps that are far too short
+    /// for the rows of these logs.
     fn check(&self, logs: [&[DriveLog]; 2]) -> Result<(), ParameterError> {
         for (i, &horizon) in self.horizons.iter().enumerate() {
             let rule = "be positive; it may be infinite";
@@ -129,9 +129,10 @@ impl Settings {
 ///
 /// # Errors
 ///
-/// Refuses steps below a 200th of the median time from row to row, which a log in milliseconds would
-/// take for hours. Refuses no logs, a joint with unknown names, a drive without a start of its constants, a drive
-/// whose sign or unit is not that of the position, and starts at which the model has no answer.
+/// Refuses steps below a 200th of the median time from row to row, which a log in milliseconds
+/// would take for hours. Refuses no logs, a joint with unknown names, a drive without a start of
+/// its constants, a drive whose sign or unit is not that of the position, and starts at which the
+/// model has no answer.
 pub fn fit_joint(
     joint: &Joint,
     friction: &Friction,
