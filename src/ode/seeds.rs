@@ -22,8 +22,11 @@ use super::growth::Exponential;
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
+/// Every so many steps is looked at.
+const LOOK: usize = 16;
+
 /// A step longer by this factor than the one looked at last is looked at, too.
-const LONGER: f64 = 1.5;
+const LONGER: f64 = 2.0;
 
 /// What grows by less than e to this power over the rest of the run remains below the tolerance if
 /// it is far below now.
@@ -37,7 +40,7 @@ const ROOM: f64 = 1.2;
 const PART: (f64, u32) = (0.25, 16);
 
 /// The highest power m: slower growth than ln N/m a step is not seen.
-const POWER: f64 = 4096.0;
+const POWER: f64 = 1024.0;
 
 /// The steps that follow what grows.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +63,7 @@ impl<T: Scalar> Seeds<T> {
         self.longest.map(|longest| longest * lit(ROOM))
     }
 
-    /// Looks at a step of a length with hJ, where it is time to: after N steps, or where it is
+    /// Looks at a step of a length with hJ, every so many steps, and where it is
     /// longer than the one looked at last. Answers with a shorter one if it does not follow what
     /// grows, for a method of an order with a tolerance of a step, relative to the scales.
     #[inline]
@@ -72,12 +75,12 @@ impl<T: Scalar> Seeds<T> {
         (order, tolerance): (u8, f64),
     ) -> Option<T> {
         self.since += 1;
-        if self.since < N && length <= self.seen * lit(LONGER) {
+        if self.since < LOOK && length <= self.seen * lit(LONGER) {
             return None;
         }
-        let times = fastest(growth, scales)
-            .filter(|&(rate, _)| lit::<T>(rate) * remaining > length * lit(MATTERS))
-            .map(|growth| longer_by(growth, (order, tolerance)));
+        let matters = MATTERS * to_f64(length / remaining);
+        let times =
+            fastest(growth, scales, matters).map(|growth| longer_by(growth, (order, tolerance)));
         let longest = times.map(|times| length * lit(times));
         if let Some(longest) = longest.filter(|&longest| longest < length) {
             let shorter = longest * lit(0.9);
@@ -98,10 +101,11 @@ fn longer_by((rate, swing): (f64, f64), (order, tolerance): (u8, f64)) -> f64 {
     rough_power(tolerance / error, 1.0 / f64::from(order))
 }
 
-/// hλ of what grows fastest, and its |hμ|; none if nothing does.
+/// hλ of what grows fastest, and its |hμ|; none if hλ is not so large that it matters.
 fn fastest<T: Scalar, const N: usize>(
     growth: &SMatrix<T, N, N>,
     scales: &SVector<T, N>,
+    matters: f64,
 ) -> Option<(f64, f64)> {
     let size = norm(growth, scales);
     let (most, halvings) = PART;
@@ -115,10 +119,11 @@ fn fastest<T: Scalar, const N: usize>(
     Exponential::new(&(growth * part)).apply_to(&mut power);
     // e^(hJ·exponent − shift).
     let (mut exponent, mut shift) = (to_f64(part), 0.0);
+    let mut small = lit::<T>(matters * exponent).exp();
     let dimension = to_f64(lit::<T>(N as f64).ln());
     loop {
         let size = norm(&power, scales);
-        if exponent >= 1.0 && shift == 0.0 && size <= T::one() {
+        if shift == 0.0 && size <= small {
             return None;
         }
         if size > lit(1e12) {
@@ -128,7 +133,10 @@ fn fastest<T: Scalar, const N: usize>(
         if exponent >= 4.0 {
             let trace = to_f64(power.trace().abs().ln()) + shift;
             let rate = (trace - dimension) / exponent;
-            if exponent >= 32.0 && rate * exponent > 8.0 * (dimension + 1.0) {
+            if exponent >= 32.0 && rate * exponent > 16.0 * (dimension + 1.0) {
+                if rate < matters {
+                    return None;
+                }
                 let swing = (growth * (growth * power)).norm() / power.norm();
                 return Some((rate, to_f64(swing.sqrt())));
             }
@@ -137,6 +145,7 @@ fn fastest<T: Scalar, const N: usize>(
             return None;
         }
         power *= power;
+        small *= small;
         (exponent, shift) = (exponent * 2.0, shift * 2.0);
     }
 }
@@ -166,9 +175,9 @@ mod tests {
     #[test]
     fn what_grows_fastest_is_found_in_any_units() {
         for scales in [Vector3::repeat(1.0), Vector3::new(1.0, 1e-9, 1e5)] {
-            for (rate, turn) in [(0.3, 0.0), (0.02, 2.0), (3.0, 1.0), (0.1, 30.0), (50.0, 0.0)] {
+            for (rate, turn) in [(0.3, 0.0), (0.05, 2.0), (3.0, 1.0), (0.1, 30.0), (50.0, 0.0)] {
                 let growth = matrix([rate, turn, 1e3], &scales);
-                let Some((found, swing)) = fastest(&growth, &scales) else {
+                let Some((found, swing)) = fastest(&growth, &scales, 1e-3) else {
                     panic!("{rate} {turn}: not found")
                 };
                 // From below, to a sixteenth; an approximation of e^z damps a little.
@@ -178,7 +187,7 @@ mod tests {
                 assert!(swing > 0.6 * wanted && swing < 1.6 * wanted, "{rate} {turn}: {swing}");
             }
             for (rate, turn) in [(-0.1, 2.0), (-1e-3, 30.0), (0.0, 0.0)] {
-                assert_eq!(fastest(&matrix([rate, turn, 1e3], &scales), &scales), None);
+                assert_eq!(fastest(&matrix([rate, turn, 1e3], &scales), &scales, 1e-3), None);
             }
         }
     }
