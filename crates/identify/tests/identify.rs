@@ -919,6 +919,22 @@ fn a_point_beyond_4_685_deviations_has_no_weight() {
 }
 
 #[test]
+fn outliers_at_the_slowest_points_make_no_static_excess() {
+    let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0)).unwrap();
+    let points: Vec<SlidingPoint> = (1..=200)
+        .map(|i| {
+            let speed = 2.4e-4 * f64::from(i);
+            let off = if i <= 10 { 3.0 } else { 1e-3 * f64::from(i % 3 - 1) };
+            SlidingPoint { speed, coefficient: curve(speed) + off }
+        })
+        .collect();
+    let found = guess.static_curve(SHAPE, &points).unwrap();
+    let excess = found.estimate("static_excess").unwrap().value;
+    // The slowest of what is left, 2.6 mm/s, is still within v_S: twice ±1e-3 of 0.1 or so.
+    assert!((excess / TRUTH[1] - 1.0).abs() < 0.05, "{found}");
+}
+
+#[test]
 fn bounds_lie_as_far_from_the_guess_as_documented() {
     let guess = InitialGuess {
         static_coefficient: 0.3,
