@@ -1118,13 +1118,15 @@ residuals!(Two, 1: |_this, &[v], each| {
 
 #[test]
 fn more_starts_find_a_minimum_far_away() {
-    let mut places = vec![];
+    let (mut places, mut numbers) = (vec![], vec![]);
     for (starts, want) in [(1, -0.95), (8, 1.0)] {
         let settings = SearchSettings { starts, ..SearchSettings::default() };
         places.clear();
+        numbers.clear();
         let mut watch = |now: &SearchProgress<'_>| {
             if now.iteration == 1 {
                 places.push(now.values[0]);
+                numbers.push(now.start);
             }
             ControlFlow::Continue(())
         };
@@ -1136,6 +1138,7 @@ fn more_starts_find_a_minimum_far_away() {
     places.sort_by(f64::total_cmp);
     places.dedup();
     assert!(places.len() >= 7, "{places:?}");
+    assert_eq!(numbers, Vec::from_iter(0..8));
 }
 
 /// Falls at every whole number: no derivative tells so.
