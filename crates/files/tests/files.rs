@@ -84,6 +84,8 @@ fn shipped_files_run_and_read_back_to_the_same_run() {
         let (run, again) = (setup.run().unwrap(), again.run().unwrap());
         assert_eq!(run.rows.len(), 11, "{name}");
         assert!(run.rows.iter().flatten().all(|x| x.is_finite()), "{name}");
+        let of_time = |row: &Vec<f64>| row.len() == 1 + run.columns.len();
+        assert!(run.rows.iter().all(of_time), "{name}");
         // To the last bit.
         assert_eq!(run, again, "{name}");
     }

@@ -576,3 +576,14 @@ fn a_torque_whose_rate_is_not_a_number_leaves_no_rate_of_the_deflection() {
         assert!(rate[2].is_nan(), "{deflection}: {rate}");
     }
 }
+
+#[test]
+fn a_load_that_rises_from_nothing_leaves_an_undeflected_bristle() {
+    let rising = Function::new(|t| (t, 1.0), []);
+    let joint = driven(TorqueLoadParameters { idle_load: 0.0, ..LOAD }, rising, 0.0);
+    // As the load rises from zero, what is left of a deflection is lost at once.
+    for (deflection, want) in [(0.0, 0.0), (1e-4, f64::NEG_INFINITY)] {
+        let rate = joint.rate(0.0, &Vector3::new(0.0, 0.0, deflection), [Branch::Forward]);
+        assert_eq!(rate[2], want);
+    }
+}

@@ -226,3 +226,16 @@ fn a_mass_under_the_static_curve_stops_by_static_friction_and_slides_on_under_th
         assert!(sliding.abs() > 0.01, "{sliding}");
     }
 }
+
+#[test]
+fn friction_at_rest_is_the_applied_force_under_the_static_curve() {
+    let contact = sets()[0].under_load(1.0).unwrap();
+    for share in [0.5, -0.5] {
+        let applied = share * contact.stationary_force(1e-9);
+        let system = rig(contact, [1.0, 0.0, 0.0], 0.0, applied);
+        let answers = Answers { interval: 0.1, count: 2 };
+        let scene = MechanismScene::new(system, Vector3::zeros(), answers, Quantity::Force);
+        let found = scene.unwrap().run(Level::TRUE_REST, 1).unwrap().answers;
+        assert_eq!(found, [applied, applied]);
+    }
+}
