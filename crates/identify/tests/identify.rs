@@ -935,6 +935,21 @@ fn outliers_at_the_slowest_points_make_no_static_excess() {
 }
 
 #[test]
+fn friction_is_taken_over_the_normal_force() {
+    let time: Vec<f64> = (0..100).map(|row| STEP * f64::from(row)).collect();
+    let speeds: Vec<f64> = time.iter().map(|&t| rich(t)).collect();
+    let coefficients: Vec<f64> = speeds.iter().map(|v| 0.3 * v.signum()).collect();
+    let motion = MeasuredMotion::Velocity(&speeds);
+    // Powers of two: nothing is rounded.
+    let normal: Vec<f64> = (0..100).map(|row| [2.0, 4.0][row % 2]).collect();
+    let friction: Vec<f64> = coefficients.iter().zip(&normal).map(|(mu, p)| mu * p).collect();
+    let normal_force = Some(normal.as_slice());
+    let log = Log::new(LogParameters { time: &time, motion, friction: &friction, normal_force });
+    let want = log_from(&time, MeasuredMotion::Velocity(&speeds), &coefficients);
+    assert_eq!(log.unwrap(), want);
+}
+
+#[test]
 fn bounds_lie_as_far_from_the_guess_as_documented() {
     let guess = InitialGuess {
         static_coefficient: 0.3,
