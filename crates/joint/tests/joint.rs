@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::curve::{Asymmetric, Stribeck, StribeckParameters};
 use bristle::nalgebra::Vector3;
 use bristle::ode::{self, Automatic, Output, Solver, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -639,5 +639,29 @@ fn steps_do_not_pass_over_what_a_reference_does() {
                 assert!(off < 1000.0, "{idle_load} N m at {tolerance:e}: {off} tolerances");
             }
         }
+    }
+}
+
+#[test]
+fn the_audit_is_of_the_direction_of_the_motion() {
+    let curve = |static_coefficient| {
+        let plain = friction().curve().parameters();
+        Stribeck::new(StribeckParameters { static_coefficient, ..plain }).unwrap()
+    };
+    let gear = GearFriction::new(GearFrictionParameters {
+        friction: FrBd::new(
+            Asymmetric { forward: curve(0.15), backward: curve(0.25) },
+            *friction().rheology(),
+        ),
+        load: TorqueLoad::new(LOAD).unwrap(),
+        reference_load: 2.0,
+        drag: 0.05,
+        fastest: 5.0,
+    })
+    .unwrap();
+    for (velocity, want) in [(1.0, 0.15), (-1.0, 0.25)] {
+        let audit = gear.audit(velocity, 5.0).unwrap();
+        // The curve at rest: a sum and a difference of its coefficients.
+        assert_within(1e-14, 1.0, audit.static_coefficient, want, || format!("{velocity}"));
     }
 }
