@@ -240,7 +240,7 @@ fn what_is_small_is_not_lost_beside_what_is_large() {
 
 #[test]
 fn the_balance_closes_under_a_velocity_that_varies_in_time() {
-    let contact = FrBd::new(curve(), bristle()).under_load(1.0).unwrap();
+    let contact = table_2_frbd().under_load(1.0).unwrap();
     let swing = SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.3 };
     let scene = PrescribedVelocity::new(contact, Sine::new(swing).unwrap());
     let solver =
