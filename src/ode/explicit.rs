@@ -98,6 +98,9 @@ const CHANCE: f64 = 0.3;
 /// Beyond so many times its expected value a step is rough: a kink lies in it that nobody declared.
 const ROUGH: f64 = 10.0;
 
+/// The error of a rough step is at least this part of |e₃|: |e₅| may pass zero there as well.
+const KINK: f64 = 0.1;
+
 /// Beyond this part of the stability limit, stability holds a step.
 const HELD: f64 = 0.6;
 
@@ -210,7 +213,11 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         }
         self.smoothness.1 = of_fine / (of_coarse * fourth);
         let is_known = expected > T::zero();
-        (fine, is_known && of_fine > expected * of_coarse * lit(ROUGH * ROUGH))
+        if is_known && of_fine > expected * of_coarse * lit(ROUGH * ROUGH) {
+            let size = (of_coarse / of_fine).sqrt() * lit(KINK);
+            return (fine * size.larger(T::one()), true);
+        }
+        (fine, false)
     }
 }
 

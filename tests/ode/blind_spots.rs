@@ -54,6 +54,9 @@ impl Tally {
     fn obeys(mut self, median: f64, refused: f64) {
         self.errors.sort_by(f64::total_cmp);
         let count = self.errors.len();
+        let at = |part: usize| self.errors.get(count * part / 100);
+        let (half, most, last) = (at(50), at(99), self.errors.last());
+        println!("{count} answers: {half:.1?}, {most:.0?}, {last:.0?}; {} refused", self.refused);
         assert!(count > 0 && self.errors[count / 2] < median, "median {}", self.errors[count / 2]);
         // One in a hundred of a small sample is its largest.
         let most =
