@@ -1,8 +1,7 @@
 //! The friction curve alone, from rows in which the contact slides: a robust fit.
 //!
 //! Σ w(r/s) r² → min over the parameters of μ(v), by iteratively reweighted least squares (IRLS)
-//! with Tukey's bisquare, see [`mechanism::Loss`](super::mechanism::Loss). The first rounds use
-//! Huber's weights.
+//! with Tukey's bisquare, see [`mechanism::Loss`](super::mechanism::Loss).
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -32,8 +31,6 @@ use bristle::scalar::lit;
 const FEWEST_POINTS: usize = 10;
 /// Most points used. Of more, every second, third, … is taken: neighbours in time tell the same.
 const MOST_POINTS: usize = 4000;
-/// Rounds with Huber's weights, after which the outliers are known.
-const HUBER_ROUNDS: usize = 5;
 /// Most rounds. Weights settle by a factor of a few in each.
 const ROUNDS: usize = 20;
 /// Relative change of the parameters below which the weights have settled.
@@ -187,11 +184,10 @@ impl InitialGuess {
         let mut go_on = |_: &SearchProgress<'_>| ControlFlow::Continue(());
         let mut fit = least_squares(&problem, parameters, &settings, &mut go_on)?;
         settings.starts = 1;
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             let curve = shape.curve(&fit.array())?;
             let distance = |point: &SlidingPoint| (curve.at(point.speed) - point.coefficient).abs();
-            let loss = if round < HUBER_ROUNDS { Loss::Huber } else { Loss::Tukey };
-            problem.weights = loss.weights(&points.iter().map(distance).collect::<Vec<_>>());
+            problem.weights = Loss::Tukey.weights(&points.iter().map(distance).collect::<Vec<_>>());
             if problem.weights.is_empty() {
                 break;
             }
@@ -202,7 +198,7 @@ impl InitialGuess {
             let changed = |(a, b): (f64, f64)| (a - b).abs() > SETTLED * (a.abs() + b.abs());
             let settled = !fit.values().into_iter().zip(next.values()).any(changed);
             fit = next;
-            if round > HUBER_ROUNDS && settled {
+            if settled {
                 break;
             }
         }
