@@ -152,4 +152,13 @@ mod tests {
         let (weakest, direction) = (directions[1].0, &directions[1].1);
         assert!(weakest < 1e-14 && (direction[0] + direction[1]).abs() < 1e-14, "{directions:?}");
     }
+
+    #[test]
+    fn a_column_of_zeros_is_left_out() {
+        let mut triangle = Triangle::new(2);
+        triangle.push(&mut dvector![3.0, 0.0], 1.0);
+        let directions = triangle.directions(&[true, true]);
+        assert_eq!((directions.len(), directions[0].0), (1, 1.0), "{directions:?}");
+        assert_eq!(directions[0].1.map(f64::abs), dvector![1.0, 0.0], "{directions:?}");
+    }
 }

@@ -327,11 +327,31 @@ fn one_load_does_not_tell_the_factors_of_the_load() {
 }
 
 #[test]
+fn a_richer_candidate_begins_where_the_simpler_one_ended() {
+    let logs = [run(GRAVITY, 5, false).voltage().unwrap()];
+    let settings = Settings { horizons: vec![f64::INFINITY], ..Settings::default() };
+    // The second one stops at its first step along whole logs.
+    let mut stop = |now: &Progress<'_>| match now {
+        Progress { candidate: 1, horizon, .. } if *horizon > 0.0 => ControlFlow::Break(()),
+        _ => ControlFlow::Continue(()),
+    };
+    let candidates = [Friction::dahl().loaded(), Friction::frbd().loaded()];
+    let found =
+        mechanism::compare(&pendulum(), &candidates, &logs, &logs, &settings, &mut stop).unwrap();
+    let error = |i: usize| found.fits[i].fitted.all.simulated.rmse;
+    // Nearly without effect are a breakaway excess and a damping at their least.
+    assert!(error(1) < 1.1 * error(0), "{found}");
+}
+
+#[test]
 fn one_load_is_marked_where_a_term_hardly_varies() {
     let log = run(0.0, 5, true).voltage().unwrap();
     let joint = pendulum().with(Term::Constant).known("gravity_torque", 1e-3);
-    let found = begun(&joint, Friction::dahl().loaded(), log).unwrap();
-    assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
+    // Whatever the one load is.
+    for joint in [joint.clone(), joint.known("offset_torque", 0.5)] {
+        let found = begun(&joint, Friction::dahl().loaded(), log.clone()).unwrap();
+        assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
+    }
 }
 
 #[test]

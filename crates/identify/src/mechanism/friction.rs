@@ -196,7 +196,7 @@ impl Friction {
         };
         let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })?;
         let friction: AnyBristle<T> = match self.kind {
-            Kind::Dahl if !self.directional && !self.stribeck => {
+            Kind::Dahl if !self.directional => {
                 Dahl::new(DahlParameters { dynamic_coefficient: one, micro_stiffness })?.into()
             }
             Kind::LuGre => LuGre::classical(curve, bristle).into(),

@@ -327,3 +327,20 @@ pub(super) struct Model {
     /// Longest step [s].
     pub(super) step: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Term;
+
+    #[test]
+    fn the_derivative_of_a_torque_is_its_slope() {
+        let terms = [(Term::Constant, vec![0.3]), (Term::Spring, vec![0.7])];
+        for (term, parameters) in terms.into_iter().chain([(Term::Gravity, vec![0.6, 0.2])]) {
+            let at = |x: f64| term.torque(&parameters, 0.1, x, 0.0);
+            let (h, [_, by_x, by_v]) = (1e-5, at(0.5));
+            let slope = (at(0.5 + h)[0] - at(0.5 - h)[0]) / (2.0 * h);
+            // h² of the cubic term, and roundings over h.
+            assert!((by_x - slope).abs() < 1e-9 && by_v == 0.0, "{term:?}: {by_x} {slope}");
+        }
+    }
+}
