@@ -296,6 +296,8 @@ fn a_dahl_bristle_on_a_ramp_is_exact_also_across_its_reversal() {
             };
             close(step.deflection, exact, 1e-18, &format!("{from} {to} {h} {z}"));
             close(closure.deflection, exact, 1e-18, &format!("{from} {to} {h} {z}, closure"));
+            let most = Exponential::<8>.step(&contact, |s| from + (to - from) * s, z, h);
+            close(most.deflection, exact, 1e-18, &format!("{from} {to} {h} {z}, most nodes"));
             close(step.end, 3e4 * exact, 1e-13, "force");
         }
     }

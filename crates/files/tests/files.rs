@@ -84,6 +84,8 @@ fn shipped_files_run_and_read_back_to_the_same_run() {
         let (run, again) = (setup.run().unwrap(), again.run().unwrap());
         assert_eq!(run.rows.len(), 11, "{name}");
         assert!(run.rows.iter().flatten().all(|x| x.is_finite()), "{name}");
+        let of_time = |row: &Vec<f64>| row.len() == 1 + run.columns.len();
+        assert!(run.rows.iter().all(of_time), "{name}");
         // To the last bit.
         assert_eq!(run, again, "{name}");
     }
@@ -265,6 +267,9 @@ stick_slip | samples = 6001 | samples = 1000000000000 |
 gearbox | step = 1e-4 | step = 1e-12 | step is 0.000000000001, but must be finite and at least
 footprint | rings = 10 | rings = 60000 |
     rings is 60000, but must give up to 100000 points, not 10800000000
+footprint | disc = { radius = 0.03, pressure = "hertz", rings = 10 } |
+    rectangle = { size = [0.03, 0.02], counts = [401, 250] } |
+    counts is [401, 250], but must give up to 100000 points, not 100250
 footprint | end = 1.0 | end = 5e3 | end is 5000, but must be at most
 patch | cells = 200 | cells = 1000000000 | cells is 1000000000, but must lie between 1 and 1e4
 "#;

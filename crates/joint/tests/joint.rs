@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::curve::{Asymmetric, Stribeck, StribeckParameters};
 use bristle::nalgebra::Vector3;
 use bristle::ode::{self, Automatic, Output, Solver, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -541,5 +541,49 @@ fn steps_do_not_pass_over_what_a_reference_does() {
                 assert!(off < 1000.0, "{idle_load} N m at {tolerance:e}: {off} tolerances");
             }
         }
+    }
+}
+
+#[test]
+fn the_audit_is_of_the_direction_of_the_motion() {
+    let curve = |static_coefficient| {
+        let plain = friction().curve().parameters();
+        Stribeck::new(StribeckParameters { static_coefficient, ..plain }).unwrap()
+    };
+    let gear = GearFriction::new(GearFrictionParameters {
+        friction: FrBd::new(
+            Asymmetric { forward: curve(0.15), backward: curve(0.25) },
+            *friction().rheology(),
+        ),
+        load: TorqueLoad::new(LOAD).unwrap(),
+        drag: 0.05,
+        fastest: 5.0,
+    })
+    .unwrap();
+    for (velocity, want) in [(1.0, 0.15), (-1.0, 0.25)] {
+        let audit = gear.audit(velocity, 5.0).unwrap();
+        // The curve at rest: a sum and a difference of its coefficients.
+        assert_within(1e-14, 1.0, audit.static_coefficient, want, || format!("{velocity}"));
+    }
+}
+
+#[test]
+fn a_torque_whose_rate_is_not_a_number_leaves_no_rate_of_the_deflection() {
+    let unknown = |t: f64| (1.0, if t > 0.0 { f64::NAN } else { 0.0 });
+    let joint = joint(Function::new(unknown, []));
+    for deflection in [0.0, 1e-4] {
+        let rate = joint.rate(1.0, &Vector3::new(0.3, 0.0, deflection), [Branch::Forward]);
+        assert!(rate[2].is_nan(), "{deflection}: {rate}");
+    }
+}
+
+#[test]
+fn a_load_that_rises_from_nothing_leaves_an_undeflected_bristle() {
+    let rising = Function::new(|t| (t, 1.0), []);
+    let joint = driven(TorqueLoadParameters { idle_load: 0.0, ..LOAD }, rising, 0.0);
+    // As the load rises from zero, what is left of a deflection is lost at once.
+    for (deflection, want) in [(0.0, 0.0), (1e-4, f64::NEG_INFINITY)] {
+        let rate = joint.rate(0.0, &Vector3::new(0.0, 0.0, deflection), [Branch::Forward]);
+        assert_eq!(rate[2], want);
     }
 }

@@ -212,7 +212,7 @@ fn a_mass_under_the_static_curve_does_not_slide_on_past_rest() {
 fn a_mass_under_the_static_curve_stops_by_static_friction_and_slides_on_under_the_curve() {
     let contact = sets()[0].under_load(1.0).unwrap();
     let (step, static_friction) = (0.1, contact.stationary_force(1e-9));
-    for (share, stops) in [(0.99, true), (1.01, false)] {
+    for (share, stops) in [(0.99, true), (1.01, false), (-0.99, true), (-1.01, false)] {
         let velocity = share * static_friction * step;
         let system = rig(contact, [1.0, 0.0, 0.0], 0.0, 0.0);
         let start = Vector3::new(0.0, velocity, 0.0);
@@ -223,6 +223,19 @@ fn a_mass_under_the_static_curve_stops_by_static_friction_and_slides_on_under_th
         let want = if stops { 0.0 } else { sliding };
         assert!((found - want).abs() < 1e-12, "{share}: {found} {want}");
         // The curve alone would stop neither.
-        assert!(sliding > 0.01, "{sliding}");
+        assert!(sliding.abs() > 0.01, "{sliding}");
+    }
+}
+
+#[test]
+fn friction_at_rest_is_the_applied_force_under_the_static_curve() {
+    let contact = sets()[0].under_load(1.0).unwrap();
+    for share in [0.5, -0.5] {
+        let applied = share * contact.stationary_force(1e-9);
+        let system = rig(contact, [1.0, 0.0, 0.0], 0.0, applied);
+        let answers = Answers { interval: 0.1, count: 2 };
+        let scene = MechanismScene::new(system, Vector3::zeros(), answers, Quantity::Force);
+        let found = scene.unwrap().run(Level::TRUE_REST, 1).unwrap().answers;
+        assert_eq!(found, [applied, applied]);
     }
 }
