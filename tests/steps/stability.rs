@@ -668,3 +668,13 @@ fn an_exactly_held_undamped_bristle_never_calms_a_mass() {
     // The energy of a rotating vector differs from its radius by ωh/2 or so.
     assert!((growth / predicted - 1.0).abs() < 0.05, "{growth}, not {predicted}");
 }
+
+#[test]
+fn a_mode_of_rounding_size_does_not_limit_a_step() {
+    // A decay of 1000/s beside a swing of 1e-9 rad/s, which is what rounding may leave of rest.
+    // Euler's method enlarges every swing.
+    let jacobian = Matrix3::new(-1e3, 0.0, 0.0, 0.0, 0.0, -1e-9, 0.0, 1e-9, 0.0);
+    let step: f64 = largest_step_of(&jacobian, Scheme::Euler).unwrap();
+    // |1 − 1000 h| = 1, found to a few roundings.
+    assert!((step - 2e-3).abs() < 1e-12, "{step}");
+}

@@ -468,3 +468,25 @@ fn following_allocates_nothing() {
     });
     assert_eq!(counted.count_total, 0);
 }
+
+#[test]
+fn a_rolling_speed_that_swings_fast_keeps_a_tolerance_at_a_constant_slip_velocity() {
+    // Pieces far shorter than the patch: what they change of the deflections is far smaller than
+    // these are, and the error of the way counts.
+    let w = 2e4;
+    let speed = |t: f64| (2.0 + 1.8 * (w * t).sin(), 1.8 * w * (w * t).cos());
+    let motion = Motion { slip_velocity: 0.02, rolling_speed: Function::new(speed, []) };
+    let forces = |tolerance: f64| -> Vec<f64> {
+        let mut rolling =
+            patch(tyre(), PolynomialExponential::constant()).exact_in(20_000).unwrap();
+        let span = |n: u32| f64::from(n) * 0.004..f64::from(n + 1) * 0.004;
+        (0..10).map(|n| rolling.follow_within(&motion, span(n), tolerance).unwrap()).collect()
+    };
+    let want = forces(1e-10);
+    for tolerance in [1e-3, 1e-6] {
+        for (force, want) in forces(tolerance).iter().zip(&want) {
+            let off = (force - want).abs() / LENGTH;
+            assert!(off <= tolerance, "{tolerance:e}: {off:e}");
+        }
+    }
+}
