@@ -1,6 +1,8 @@
 //! The limit of the estimated error of a solution: a run stops where the errors of its steps have
 //! grown beyond it.
 
+use nalgebra::ComplexField;
+
 use super::System;
 use super::failure::StopReason;
 use super::integration::Integration;
@@ -61,7 +63,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
             let way = self.progress.end_time - self.progress.start_time;
             let done = to_f64((self.point.time - self.progress.start_time) / way);
             return Err(StopReason::ErrorsGrow {
-                times: times / f64::max(done, LEAST_DONE).sqrt(),
+                times: times / ComplexField::sqrt(f64::max(done, LEAST_DONE)),
             });
         }
         Ok(())

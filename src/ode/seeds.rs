@@ -15,7 +15,7 @@
 //!
 //! since Pᵐ keeps what grows fastest, where (hJ)² is (hμ)² if μ is real, and nearly so if λ ≪ ω.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{ComplexField, SMatrix, SVector};
 
 use super::controller::rough_power;
 use super::growth::Exponential;
@@ -97,7 +97,8 @@ impl<T: Scalar> Seeds<T> {
 fn longer_by((rate, swing): (f64, f64), (order, tolerance): (u8, f64)) -> f64 {
     let factorial = (2..=u32::from(order) + 1).fold(1.0, |product, i| product * f64::from(i));
     let swing = f64::max(swing, rate);
-    let error = swing.powi(i32::from(order)) * (swing / rate) / factorial;
+    let power = ComplexField::powi(swing, i32::from(order));
+    let error = power * (swing / rate) / factorial;
     rough_power(tolerance / error, 1.0 / f64::from(order))
 }
 
