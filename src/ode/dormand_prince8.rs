@@ -3,7 +3,7 @@
 //! Twelve stages, and three more for a dense output of order 7 where it is asked for. The error is
 //! |e₅|²/√(|e₅|² + 0.01|e₃|²), which behaves as h⁸. That is so on smooth steps, where |e₅|/|e₃|
 //! behaves as h². Where it is ten times what the step before lets expect, the step is rough, and
-//! its error is |e₅|.
+//! its error is the larger of |e₅| and |e₃|/10.
 //!
 //! Sources: J. R. Dormand, P. J. Prince, "High order embedded Runge–Kutta formulae", Journal of
 //! Computational and Applied Mathematics 7 (1981), 67–75; E. Hairer, S. P. Nørsett, G. Wanner,
