@@ -263,7 +263,7 @@ fn a_run_whose_errors_outgrow_its_tolerance_is_repeated_or_stopped() {
     }
     let (start, tolerance) = (Vector1::new(1.0), 1e-6);
     let tolerances = Tolerances::scaled(tolerance, start).unwrap();
-    fn judge<M: Method<f64, 1>>(method: M, start: Vector1<f64>, tolerances: Tolerances<f64, 1>) {
+    let judge = |method: AnyMethod, repeats: bool| {
         let solver = Solver::adaptive(method, tolerances);
         // A stream stops where errors have grown too much: steps are 4000 times as tight, the
         // estimate may exceed the tolerance tenfold, and a hundred steps add up.
@@ -281,7 +281,8 @@ fn a_run_whose_errors_outgrow_its_tolerance_is_repeated_or_stopped() {
         // Repeated with tighter steps it arrives: errors have grown by e^14 = 1.2e6.
         let answer = solver.solve(&Unstable, 0.0..0.7, start, Output::Steps).unwrap();
         let statistics = answer.statistics();
-        assert!(statistics.rejected > statistics.steps / 5, "{method:?}: {statistics}");
+        let repeated = statistics.rejected > statistics.steps / 5;
+        assert_eq!(repeated, repeats, "{method:?}: {statistics}");
         for (time, state) in answer.iter() {
             let error = (state[0] - time.cos()).abs();
             assert!(error < 4e-6, "{method:?}: {error:e} at {time}");
@@ -295,12 +296,13 @@ fn a_run_whose_errors_outgrow_its_tolerance_is_repeated_or_stopped() {
         let wrong = solver.solve(&Unstable, 0.0..1.0, start, Output::Steps).unwrap();
         let (time, state) = wrong.last().unwrap();
         assert!((state[0] - time.cos()).abs() > 1e-2, "{method:?}");
-    }
-    judge(DormandPrince, start, tolerances);
-    judge(DormandPrince8, start, tolerances);
-    judge(Rodas4, start, tolerances);
-    judge(Rodas5P, start, tolerances);
-    judge(Automatic, start, tolerances);
+    };
+    judge(AnyMethod::DormandPrince, true);
+    judge(AnyMethod::DormandPrince8, true);
+    judge(AnyMethod::Rodas4, true);
+    // Steps that follow e^20t from below the tolerance are tight enough for it at once.
+    judge(AnyMethod::Rodas5P, false);
+    judge(AnyMethod::Automatic, true);
 }
 
 #[test]
