@@ -1139,7 +1139,8 @@ fn more_starts_find_a_minimum_far_away() {
         places.clear();
         numbers.clear();
         let mut watch = |now: &SearchProgress<'_>| {
-            if now.iteration == 1 {
+            // Steps tried in vain are told, too.
+            if numbers.last() != Some(&now.start) {
                 places.push(now.values[0]);
                 numbers.push(now.start);
             }
