@@ -104,6 +104,8 @@ impl ExplicitTableau for DormandPrince8 {
         1.891_517_899_314_500_3, -5.801_203_960_010_585, -0.422_682_321_323_791_97,
         -0.152_160_949_662_516_1, 0.201_365_400_804_030_34, 0.022_651_792_198_360_825,
     ];
+    const COARSE_ORDER: i32 = 4;
+    const IS_MEAN: bool = true;
     const ERROR_ORDER: u8 = 8;
     const EXTENSION: &'static [&'static [f64]] = &[
         &[

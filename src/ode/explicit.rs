@@ -36,8 +36,12 @@ pub(crate) trait ExplicitTableau: Debug + Copy {
     const WEIGHTS: &'static [&'static [f64]];
     /// eⱼ; empty for a method without an estimate. If stage s is among them, a trial evaluates it.
     const ERROR: &'static [f64] = &[];
-    /// Weights of a second estimate of lower order; empty if there is none.
+    /// Weights of a second estimate whose order is lower by two; empty if there is none.
     const COARSE_ERROR: &'static [f64] = &[];
+    /// The power of h that it follows.
+    const COARSE_ORDER: i32 = 0;
+    /// Whether the error is a mean of both estimates, as that of order 8 is.
+    const IS_MEAN: bool = false;
     /// Order of the estimate.
     const ERROR_ORDER: u8;
     /// dⱼ of each further term of the dense output.
@@ -85,20 +89,40 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
     k: [SVector<T, N>; S],
     /// The state at which the last stage before the end was evaluated.
     before_end: SVector<T, N>,
-    /// |e₅|²/|e₃|² over h⁴ of the last accepted step, and of the last trial.
-    smoothness: (T, T),
+    /// Of the last accepted step, and of the last trial.
+    estimates: [Estimates<T>; 2],
     /// The Jacobians where the next step starts and where the last trial ended, if they are known.
     jacobians: [Option<SMatrix<T, N, N>>; 2],
     tableau: PhantomData<B>,
 }
 
-/// The smallest part of its expected value to which |e₅|/|e₃| may fall from one step to the next.
+/// The two estimates of a step, e and the coarser c; zeros if they are not known. Where the
+/// solution is smooth they follow powers of h.
+#[derive(Debug, Clone, Copy)]
+struct Estimates<T> {
+    step: T,
+    /// |e|²/|c|².
+    ratio: T,
+    /// |c|².
+    coarse: T,
+}
+
+impl<T: Scalar> Estimates<T> {
+    fn unknown() -> Self {
+        Self { step: T::one(), ratio: T::zero(), coarse: T::zero() }
+    }
+}
+
+/// The smallest part of its expected value to which |e|/|c| may fall from one step to the next.
 const CHANCE: f64 = 0.3;
 
 /// Beyond so many times its expected value a step is rough: a kink lies in it that nobody declared.
 const ROUGH: f64 = 10.0;
 
-/// The error of a rough step is at least this part of |e₃|: |e₅| may pass zero there as well.
+/// So many times its expected value, too, |c| rises at a kink while |e| need not.
+const LEAP: f64 = 50.0;
+
+/// The error of a rough step is at least this part of |c|: |e| may pass zero there as well.
 const KINK: f64 = 0.1;
 
 /// Beyond this part of the stability limit, stability holds a step.
@@ -173,23 +197,25 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
 
     /// Keeps what an accepted step tells of the next.
     fn took(&mut self) {
-        let (_, latest) = self.smoothness;
-        self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
+        let [_, latest] = self.estimates;
+        let is_known = latest.ratio.is_finite() && latest.coarse.is_finite();
+        self.estimates[0] = if is_known { latest } else { Estimates::unknown() };
         let [_, at_end] = self.jacobians;
         self.jacobians = [at_end, None];
     }
 
     /// Forgets what the last step tells of the next.
     pub(super) fn forget(&mut self) {
-        self.smoothness.0 = T::zero();
+        self.estimates[0] = Estimates::unknown();
         self.jacobians = [None; 2];
     }
 
     /// The finer of two errors, or more if the step before makes more likely; and whether the step
     /// is rough, so that the order of neither estimate says anything.
     ///
-    /// |e₅| may pass zero by chance, as it does in systems of one or two states, and the step would
-    /// become far too long. |e₅|/|e₃| behaves as h², and may not fall by much more than that.
+    /// |e| may pass zero by chance, as it does in systems of one or two states, and the step would
+    /// become far too long. |e|/|c| behaves as h², and may not fall by much more than that. If it
+    /// rises far more, or falls while |c| rises, a kink lies in the step.
     fn likely(
         &mut self,
         fine: SVector<T, N>,
@@ -204,18 +230,24 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
             })
         };
         let (of_fine, of_coarse) = (square(&fine), square(coarse));
-        let fourth = step * step * step * step;
-        let expected = self.smoothness.0 * fourth;
-        let least = expected * lit(CHANCE * CHANCE);
-        if of_fine < least * of_coarse {
-            self.smoothness.1 = self.smoothness.0 * lit(CHANCE * CHANCE);
-            return (coarse * least.sqrt(), false);
-        }
-        self.smoothness.1 = of_fine / (of_coarse * fourth);
+        let ratio = of_fine / of_coarse;
+        let [before, _] = self.estimates;
+        let longer = step / before.step;
+        let expected = before.ratio * longer.powi(4);
         let is_known = expected > T::zero();
-        if is_known && of_fine > expected * of_coarse * lit(ROUGH * ROUGH) {
-            let size = (of_coarse / of_fine).sqrt() * lit(KINK);
-            return (fine * size.larger(T::one()), true);
+        self.estimates[1] = Estimates { step, ratio, coarse: of_coarse };
+        if is_known && ratio > expected * lit(ROUGH * ROUGH) {
+            let times = ratio.sqrt().recip() * lit(KINK);
+            return (fine * times.larger(T::one()), true);
+        }
+        let most = before.coarse * longer.powi(2 * B::COARSE_ORDER) * lit(LEAP * LEAP);
+        if is_known && ratio < expected && of_coarse > most {
+            return (coarse * lit::<T>(KINK), true);
+        }
+        let least = expected * lit(CHANCE * CHANCE);
+        if ratio < least {
+            self.estimates[1].ratio = least;
+            return (coarse * least.sqrt(), false);
         }
         (fine, false)
     }
@@ -228,7 +260,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         Self {
             k: [SVector::zeros(); S],
             before_end: SVector::zeros(),
-            smoothness: (T::zero(), T::zero()),
+            estimates: [Estimates::unknown(); 2],
             jacobians: [None; 2],
             tableau: PhantomData,
         }
@@ -262,7 +294,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
             let coarse = combine!(self.k, B::COARSE_ERROR) * h;
             let is_rough;
             (error, is_rough) = self.likely(fine, &coarse, &from.scale, h);
-            coarse_error = Some(coarse).filter(|_| !is_rough);
+            coarse_error = Some(coarse).filter(|_| B::IS_MEAN && !is_rough);
         }
         TrialStep { state, error, coarse_error, order: B::ERROR_ORDER }
     }
