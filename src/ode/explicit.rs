@@ -93,6 +93,8 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
     estimates: [Estimates<T>; 2],
     /// The Jacobians where the next step starts and where the last trial ended, if they are known.
     jacobians: [Option<SMatrix<T, N, N>>; 2],
+    /// Steps that the first of them has served.
+    served: usize,
     tableau: PhantomData<B>,
 }
 
@@ -127,6 +129,12 @@ const KINK: f64 = 0.1;
 
 /// Beyond this part of the stability limit, stability holds a step.
 const HELD: f64 = 0.6;
+
+/// The steps that a Jacobian of so many states serves: by differences it costs an evaluation for
+/// each of them, a step of order 8 twelve.
+const fn serves(states: usize) -> usize {
+    if states < 12 { 1 } else { states / 6 }
+}
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.
 macro_rules! for_each_stage {
@@ -262,6 +270,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
             before_end: SVector::zeros(),
             estimates: [Estimates::unknown(); 2],
             jacobians: [None; 2],
+            served: 0,
             tableau: PhantomData,
         }
     }
@@ -314,9 +323,17 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         from: &Point<T, N>,
         end: &Point<T, N>,
     ) -> SMatrix<T, N, N> {
-        let [known, _] = self.jacobians;
-        let at_start = known.unwrap_or_else(|| field.jacobian(from));
+        self.served += 1;
+        if let Some(known) = self.jacobians[0].filter(|_| self.served < const { serves(N) }) {
+            self.jacobians[1] = Some(known);
+            return known;
+        }
+        self.served = 0;
         let at_end = field.jacobian(end);
+        let at_start = self.jacobians[0].unwrap_or_else(|| match const { serves(N) } {
+            1 => field.jacobian(from),
+            _ => at_end,
+        });
         self.jacobians = [Some(at_start), Some(at_end)];
         (at_start + at_end) * lit::<T>(0.5)
     }

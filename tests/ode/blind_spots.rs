@@ -284,8 +284,8 @@ fn the_tip_of_an_implicit_bristle_slips_within_the_tolerance() {
 fn a_success_is_one_on_drawn_blind_spots() {
     let mut draw = Draw::seeded(1);
     let tolerances = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
-    // The single estimate of order 5, and once in a while both of order 8, may vanish by chance in
-    // the very step that crosses a kink: one answer in five hundred is beyond 1 000 tolerances.
+    // Every estimate may vanish by chance in the very step that crosses a kink: about one answer in
+    // three thousand is beyond 1 000 tolerances.
     let [mut grown, mut met, mut slipped] = [1e3, 1e4, 1e4].map(Tally::within);
     for _ in 0..40 {
         seeds(&mut draw, &tolerances[..6], &mut grown);
