@@ -264,9 +264,9 @@ fn golden<const N: usize>(
     let (x, end, mean): (State<N>, State<N>, State<N>) = (x.into(), end.into(), mean.into());
     // Four thousand random matrices with rates from 1e-12 to 1e12 1/s came within 2e-15.
     let tolerance = 4e-15 * norm(x).max(norm(end)).max(norm(mean));
-    let off = norm(weights.end(x, u) - end);
+    let off = norm(weights.end(x, State::repeat(u)) - end);
     assert!(off <= tolerance, "end off by {off:e} of {:e}", norm(end));
-    let off = norm(weights.mean(x, u) - mean);
+    let off = norm(weights.mean(x, State::repeat(u)) - mean);
     assert!(off <= tolerance, "mean off by {off:e} of {:e}", norm(mean));
 }
 
@@ -515,7 +515,7 @@ fn what_is_no_number_stays_none() {
     // A row with the wrong sign belongs to no passive bristle.
     let relaxation = <Vector2<f64> as Deflection<f64>>::relaxation(x, Vector2::new(1.0, -1.0));
     let weights = <Vector2<f64> as Deflection<f64>>::weights(relaxation, 1.0);
-    assert!(weights.end(x, 0.0)[0].is_nan());
+    assert!(weights.end(x, Vector2::zeros())[0].is_nan());
 }
 
 #[test]
