@@ -208,7 +208,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         let linearised = self.linearised(surface, deflection);
         let (affine, slopes) = self.affine_and_slopes(surface, deflection);
         let relaxed = <Self::Deflection as Deflection<T>>::relax(slopes.relaxation, deflection);
-        let rate_terms = relaxed.largest() + (slopes.drive * velocity).largest() + affine.drive.largest();
+        let rate_terms =
+            relaxed.largest() + (slopes.drive * velocity).largest() + affine.drive.largest();
         let coefficient_terms = slopes.stiffness.inner_product(deflection).abs()
             + (slopes.damping * velocity).abs()
             + affine.damping.abs();
@@ -310,12 +311,7 @@ pub struct Linearised<T: Scalar, D: Deflection<T> = T> {
 impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
     /// The derivatives of a model whose coefficients depend on the velocity alone.
     #[inline]
-    pub fn new(
-        affine: &Affine<T, D>,
-        slopes: &Affine<T, D>,
-        velocity: T,
-        deflection: D,
-    ) -> Self {
+    pub fn new(affine: &Affine<T, D>, slopes: &Affine<T, D>, velocity: T, deflection: D) -> Self {
         Self {
             rate: affine.rate(velocity, deflection),
             coefficient: affine.coefficient(velocity, deflection),
