@@ -9,19 +9,13 @@ use super::{Modes, Weights};
 use crate::Scalar;
 
 /// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
-/// springs. Only these two implement it.
+/// springs. One of your own is needed only where the relaxation has another structure.
 ///
 /// The rate of any bristle of this crate is affine in its state. The matrix is diagonal plus a row
 /// repeated in every line: the stretch of each spring follows the common rate ż, which depends on
 /// all of them, and decays on its own.
 pub trait Deflection<T: Scalar>:
-    sealed::Sealed<T>
-    + Copy
-    + Debug
-    + PartialEq
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<T, Output = Self>
+    Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
 {
     /// Number of springs.
     const SPRINGS: usize;
@@ -117,16 +111,6 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     /// unit normal force, with the matrix of a bristle diag(decay) + 1·(share K)ᵀ. It is a sum of
     /// squares, so that no rounding makes it negative.
     fn relaxed_energy(&self, stiffness: D, state: D, drive: D) -> T;
-}
-
-mod sealed {
-    use nalgebra::SVector;
-
-    use crate::Scalar;
-
-    pub trait Sealed<T> {}
-    impl<T: Scalar> Sealed<T> for T {}
-    impl<T: Scalar, const N: usize> Sealed<T> for SVector<T, N> {}
 }
 
 impl<T: Scalar> Deflection<T> for T {

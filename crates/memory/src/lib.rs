@@ -31,12 +31,14 @@
 
 mod maxwell_slip;
 mod non_negative;
+mod parallel;
 pub mod virgin;
 
 pub use maxwell_slip::{
     Element, FollowingLoadParameters, LoadedStiffness, MaxwellSlip, MaxwellSlipParameters,
     SharpStep,
 };
+pub use parallel::{Parallel, ParallelWeights};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -26,9 +26,10 @@
 use bristle::curve::FrictionCurve;
 use bristle::nalgebra::SVector;
 use bristle::parameter::{Named, ParameterError};
-use bristle::rheology::Deflection;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Bristle, Law, Limits, Linearised, LoadChange, Scalar, Surface};
+
+use crate::Parallel;
 
 /// A spring that yields: a spring in series with a slider.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,8 +94,7 @@ pub struct FollowingLoadParameters<C, T, const N: usize> {
 /// ```
 /// use bristle::Bristle;
 /// use bristle::curve::{Coulomb, CoulombParameters};
-/// use bristle::nalgebra::SVector;
-/// use bristle_memory::{MaxwellSlip, MaxwellSlipParameters, virgin::{self, VirginPoint}};
+/// use bristle_memory::{MaxwellSlip, MaxwellSlipParameters, Parallel, virgin::{self, VirginPoint}};
 ///
 /// // The first loading of a contact, measured: it bends at 2, 6 and 15 µm.
 /// let measured = [(2e-6, 0.10), (6e-6, 0.22), (15e-6, 0.30)]
@@ -109,7 +109,7 @@ pub struct FollowingLoadParameters<C, T, const N: usize> {
 /// let contact = friction.under_load(20.0)?; // N
 ///
 /// // Out to 6 µm at 0.1 mm/s in steps of 0.1 ms, and back by 1 µm: there all three stick.
-/// let (mut x, mut force) = (SVector::zeros(), 0.0_f64);
+/// let (mut x, mut force) = (Parallel::default(), 0.0_f64);
 /// for step in 0..700 {
 ///     let v = if step < 600 { 1e-4 } else { -1e-4 };
 ///     let held = contact.hold(v, x, 1e-4);
@@ -288,18 +288,18 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
         &self,
         surface: impl Into<Surface<T>>,
         displacement: T,
-        deflection: SVector<T, N>,
+        deflection: Parallel<T, N>,
     ) -> SharpStep<T, N> {
         let limits = self.yield_lengths(surface);
         let mut elastic = T::zero();
-        let deflection = SVector::from_fn(|i, _| {
+        let deflection = Parallel(SVector::from_fn(|i, _| {
             let (carried, limit) = (deflection[i] + displacement, limits[i]);
             if carried.abs() > limit {
                 return if carried > T::zero() { limit } else { -limit };
             }
             elastic += self.elements[i].stiffness;
             carried
-        });
+        }));
         let coefficient = self.storage_stiffness().dot(&deflection);
         SharpStep { deflection, coefficient, stiffness: elastic }
     }
@@ -345,12 +345,12 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
         &self,
         relaxation: SVector<T, N>,
         drive: SVector<T, N>,
-    ) -> Affine<T, SVector<T, N>> {
+    ) -> Affine<T, Parallel<T, N>> {
         let stiffness = self.storage_stiffness().component_mul(&drive);
         Affine {
-            relaxation: Deflection::relaxation(relaxation, SVector::zeros()),
-            drive,
-            stiffness,
+            relaxation,
+            drive: Parallel(drive),
+            stiffness: Parallel(stiffness),
             damping: self.damping_time * stiffness.sum(),
         }
     }
@@ -388,7 +388,7 @@ fn plasticity<T: Scalar>(utilisation: T, stick_ratio: T) -> [T; 2] {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SharpStep<T: Scalar, const N: usize> {
     /// Deflections at the end of the step \[m\].
-    pub deflection: SVector<T, N>,
+    pub deflection: Parallel<T, N>,
     /// Friction coefficient F'/P at the end of the step \[–\].
     pub coefficient: T,
     /// Stiffness [1/m] of the elements that have not yielded: dF'/P by the displacement.
@@ -396,10 +396,10 @@ pub struct SharpStep<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<C, T, N> {
-    type Deflection = SVector<T, N>;
+    type Deflection = Parallel<T, N>;
 
     #[inline]
-    fn affine(&self, surface: Surface<T>, deflection: SVector<T, N>) -> Affine<T, SVector<T, N>> {
+    fn affine(&self, surface: Surface<T>, deflection: Parallel<T, N>) -> Affine<T, Parallel<T, N>> {
         let friction = surface.friction(&self.curve);
         let rates = SVector::<_, N>::from_fn(|i, _| {
             let length = self.elements[i].yield_length(friction, surface.scale());
@@ -411,8 +411,8 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
     fn affine_and_slopes(
         &self,
         surface: Surface<T>,
-        deflection: SVector<T, N>,
-    ) -> (Affine<T, SVector<T, N>>, Affine<T, SVector<T, N>>) {
+        deflection: Parallel<T, N>,
+    ) -> (Affine<T, Parallel<T, N>>, Affine<T, Parallel<T, N>>) {
         let rates = self.rates(surface, &deflection);
         let slope = rates.map(|it| it.by_velocity);
         (
@@ -424,8 +424,8 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
     fn linearised(
         &self,
         surface: impl Into<Surface<T>>,
-        deflection: SVector<T, N>,
-    ) -> Linearised<T, SVector<T, N>> {
+        deflection: Parallel<T, N>,
+    ) -> Linearised<T, Parallel<T, N>> {
         let surface = surface.into();
         let (velocity, tau) = (surface.velocity(), self.damping_time);
         let (affine, slopes) = self.affine_and_slopes(surface, deflection);
@@ -433,19 +433,19 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
         // ∂ẋ/∂x and ∂μ_b/∂x have −∂λ/∂x (x + τ v) each, the latter times τ σ.
         let by_deflection = self.rates(surface, &deflection).map(|it| it.by_deflection);
         let along = by_deflection.component_mul(&deflection.add_scalar(tau * velocity));
-        linearised.rate_by_deflection.decay -= along;
-        linearised.coefficient_by_deflection -=
+        linearised.rate_by_deflection -= along;
+        linearised.coefficient_by_deflection.0 -=
             self.storage_stiffness().component_mul(&along) * tau;
         linearised
     }
 
-    fn stationary(&self, surface: impl Into<Surface<T>>) -> SVector<T, N> {
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> Parallel<T, N> {
         let surface = surface.into();
-        self.yield_lengths(surface) * surface.direction()
+        Parallel(self.yield_lengths(surface) * surface.direction())
     }
 
-    fn storage_stiffness(&self) -> SVector<T, N> {
-        SVector::from_fn(|i, _| self.elements[i].stiffness)
+    fn storage_stiffness(&self) -> Parallel<T, N> {
+        Parallel(SVector::from_fn(|i, _| self.elements[i].stiffness))
     }
 
     fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
@@ -457,18 +457,18 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
         &self,
         change: LoadChange<T>,
         surface: Surface<T>,
-        deflection: SVector<T, N>,
-    ) -> SVector<T, N> {
+        deflection: Parallel<T, N>,
+    ) -> Parallel<T, N> {
         if change.after >= change.before {
             return deflection;
         }
         if is_zero(change.after) {
-            return SVector::zeros();
+            return Parallel::default();
         }
         let scale = surface.scale();
         let scale_before = scale * (change.before / change.after);
         let holding = [T::one(), -T::one()].map(|sign| self.holding_coefficient(surface, sign));
-        SVector::from_fn(|i, _| {
+        Parallel(SVector::from_fn(|i, _| {
             let (element, x) = (&self.elements[i], deflection[i]);
             if is_zero(x) {
                 return x;
@@ -477,7 +477,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
             let before =
                 if scale_before.is_finite() { element.load(scale_before) } else { scale_before };
             x * LoadChange { before, after: element.load(scale) }.kept(x.abs() / limit)
-        })
+        }))
     }
 
     fn name(&self) -> &'static str {

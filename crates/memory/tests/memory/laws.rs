@@ -4,11 +4,12 @@ use bristle::companion::{PointMass, Prediction, VelocityHistory};
 use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
 use bristle::nalgebra::SVector;
 use bristle::ode::{self, Output, System};
+use bristle::rheology::Deflection as _;
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Branch, Bristle, Law, Surface};
 use bristle_analysis::ledger::EnergyLedger;
-use bristle_memory::{Element, MaxwellSlip, MaxwellSlipParameters};
+use bristle_memory::{Element, MaxwellSlip, MaxwellSlipParameters, Parallel};
 use bristle_specimens::draw::Draw;
 use num_dual::Dual64;
 
@@ -47,7 +48,7 @@ fn companion_steps_give_no_energy_whatever_is_predicted_and_the_load_does() {
             let held = joint.contact().stored_energy(reloaded.deflection);
             assert!((before - held - reloaded.dissipated).abs() <= 1e-15 * before);
             assert!(reloaded.dissipated >= 0.0);
-            let about = SVector::from_fn(|i, _| reloaded.deflection[i] * 2.0 * draw.next());
+            let about = reloaded.deflection.each(|x| x * 2.0 * draw.next());
             let about = Prediction { velocity: predicted, deflection: about };
             let h = draw.logarithmic(1e-6, 1.0);
             let step = joint.step_about(about, reloaded.deflection, h);
@@ -126,12 +127,12 @@ fn derivatives_are_those_of_dual_numbers() {
         let v = draw.sign() * draw.logarithmic(1e-5, 1.0);
         let scale = draw.one_of(&[1.0, 0.4, 2.0]);
         let full = model.yield_lengths(Surface::scaled(v, scale));
-        let x = full.map(|full| full * 1.2 * draw.sign() * draw.next());
+        let x = Parallel(full.map(|full| full * 1.2 * draw.sign() * draw.next()));
         let linearised = model.linearised(Surface::scaled(v, scale), x);
         let seeded = |along: Option<usize>| {
             let at = |value, one| Dual64::new(value, if one { 1.0 } else { 0.0 });
             let surface = Surface::scaled(at(v, along.is_none()), at(scale, false));
-            let x = SVector::<_, 4>::from_fn(|i, _| at(x[i], along == Some(i)));
+            let x = Parallel(SVector::<_, 4>::from_fn(|i, _| at(x[i], along == Some(i))));
             (twin.rate(surface, x), twin.coefficient(surface, x))
         };
         let near = |got: f64, want: f64, size: f64| {
@@ -145,7 +146,7 @@ fn derivatives_are_those_of_dual_numbers() {
             near(linearised.rate[i], rate[i].re, v.abs());
             near(linearised.rate_by_velocity[i], rate[i].eps, 1.0);
             let (rate, coefficient) = seeded(Some(i));
-            near(linearised.rate_by_deflection.decay[i], rate[i].eps, 1.0);
+            near(linearised.rate_by_deflection[i], rate[i].eps, 1.0);
             near(linearised.coefficient_by_deflection[i], coefficient.eps, 1e4);
         }
     }
@@ -164,7 +165,7 @@ fn deflections_and_relaxation_rates_keep_their_limits() {
     for _ in 0..20_000 {
         let v = 0.1 * (2.0 * draw.next() - 1.0);
         let affine = model.affine(v.into(), x);
-        assert!(affine.relaxation.decay.max() <= limits.relaxation_rate.unwrap());
+        assert!(affine.relaxation.max() <= limits.relaxation_rate.unwrap());
         // A frozen α overshoots by |v| h at most.
         x = model.hold(v, x, 1e-7).deflection;
         assert!(x.amax() <= limits.deflection.unwrap() + 1e-8);
@@ -207,8 +208,9 @@ struct Block(bristle::Contact<f64, MaxwellSlip<Stribeck<f64>, f64, 4>>);
 
 impl System<f64, 6> for Block {
     fn rate(&self, time: f64, y: &SVector<f64, 6>, [branch]: [Branch; 1]) -> SVector<f64, 6> {
-        let friction = self.0.response(branch.of(y[1]), y.fixed_rows::<4>(2).into_owned());
-        let [a, b, c, d] = friction.rate.into();
+        let friction =
+            self.0.response(branch.of(y[1]), Parallel(y.fixed_rows::<4>(2).into_owned()));
+        let [a, b, c, d] = friction.rate.0.into();
         let pull = 300.0 * (1e-3 * (10.0 * time).sin() - y[0]);
         SVector::from([y[1], pull - friction.force, a, b, c, d])
     }
@@ -262,7 +264,8 @@ fn a_scene_solves_with_stiff_and_other_methods() {
     let contact = slip::<_, 3>(stribeck(), 64.5, 0.8).under_load(1.0).unwrap();
     let sine = SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 };
     let scene = PrescribedVelocity::new(contact, Sine::new(sine).unwrap());
-    let run = ode::solve(&scene, 0.0..1.3, zeros::<3>(), 1e-8, Output::Uniform(14)).unwrap();
+    let run =
+        ode::solve(&scene, 0.0..1.3, SVector::<_, 3>::zeros(), 1e-8, Output::Uniform(14)).unwrap();
     // By small held steps, of second order with the velocity at their middle.
     let (mut x, h) = (zeros(), 1e-5);
     for step in 0..130_000 {
@@ -270,7 +273,7 @@ fn a_scene_solves_with_stiff_and_other_methods() {
         x = contact.hold(v, x, h).deflection;
     }
     let end = run.states()[13];
-    assert!((end - x).amax() < 1e-9, "{:e}", (end - x).amax());
+    assert!((end - x.0).amax() < 1e-9, "{:e}", (end - x.0).amax());
 }
 
 #[test]
@@ -294,7 +297,7 @@ fn single_precision_gives_the_same_to_its_digits() {
     })
     .unwrap();
     let double = slip::<_, 5>(stribeck(), 10.0, 0.8);
-    let (mut x, mut y) = (SVector::<f32, 5>::zeros(), zeros());
+    let (mut x, mut y) = (Parallel::<f32, 5>::default(), zeros());
     for step in 0..1000 {
         let v = 1e-3 * (0.02 * f64::from(step)).sin();
         let (a, b) = (single.hold(v as f32, x, 1e-3), double.hold(v, y, 1e-3));
@@ -346,6 +349,6 @@ fn nan_comes_out_as_nan() {
     let mut x = zeros();
     assert!(contact.hold(f64::NAN, x, 1e-3).end_force.is_nan());
     assert!(contact.hold(0.1, x, -1e-3).end_force.is_nan());
-    x[1] = f64::NAN;
+    x.0[1] = f64::NAN;
     assert!(contact.force(0.1, x).is_nan() && contact.rate(0.1, x)[1].is_nan());
 }

@@ -51,7 +51,7 @@ fn the_stiffness_follows_the_load_and_the_friction_is_proportional_to_it() {
 fn under_the_reference_load_alone_the_share_of_each_element_is_its_band() {
     let lengths = hertz().yield_lengths(Surface::scaled(1.0, 0.7));
     let mu = 1.04; // at 1 m/s
-    let shares = lengths.component_mul(&hertz().storage_stiffness()) / mu;
+    let shares = lengths.component_mul(&hertz().storage_stiffness().0) / mu;
     for (i, share) in shares.iter().enumerate() {
         let want = (0.7 - i as f64 / 12.0).clamp(0.0, 1.0 / 12.0);
         assert!((share - want).abs() < 1e-15, "{i}: {share} is not {want}");
@@ -127,7 +127,7 @@ fn each_element_slips_back_to_what_its_own_load_holds() {
         let left = contact.reload(load, 0.0, stuck).unwrap();
         let lengths = contact.model().yield_lengths(contact.surface(0.0));
         // The end of a band is a difference of numbers of order one.
-        assert!((left.deflection - lengths).amax() < 1e-15 * lengths.amax().max(1e-4), "{load}");
+        assert!((left.deflection.0 - lengths).amax() < 1e-15 * lengths.amax().max(1e-4), "{load}");
         assert!((contact.force(0.0, left.deflection) - 1.5 * load).abs() < 1e-13);
         assert!(left.dissipated > 0.0);
         // The same force at one instant, of a contact that stays as it is.

@@ -2,9 +2,8 @@
 //! Force at 120 µm after 0 → 120 → 60 → 120 µm, against before; and force at 80 µm before and after
 //! 50 loops 80 → 60 → 80.
 
-use bristle::nalgebra::SVector;
 use bristle::{Bristle, Dahl, DahlParameters};
-use bristle_memory::{MaxwellSlip, MaxwellSlipParameters};
+use bristle_memory::{MaxwellSlip, MaxwellSlipParameters, Parallel};
 
 use super::{coulomb, even, slip, zeros};
 
@@ -85,7 +84,7 @@ fn ten_elements_remember_better_the_closer_their_stick_limit_is_to_their_yield()
 #[test]
 fn sharp_elements_remember_exactly() {
     let model = slip::<_, 10>(coulomb(), 0.0, 0.95);
-    let sharp = |x: SVector<f64, 10>, displacement: f64| {
+    let sharp = |x: Parallel<f64, 10>, displacement: f64| {
         let step = model.sharp_step(0.0, displacement, x);
         (step.deflection, step.coefficient)
     };
@@ -106,7 +105,7 @@ fn smooth_elements_come_to_the_sharp_ones_as_the_stick_ratio_comes_to_one() {
         let model = slip::<_, 10>(coulomb(), 0.0, ratio);
         let path = [0, 150, -70, 40, 10, 120];
         let (_, smooth) = along(zeros(), &path, &held(model));
-        let sharp = |x: SVector<f64, 10>, displacement: f64| {
+        let sharp = |x: Parallel<f64, 10>, displacement: f64| {
             let step = model.sharp_step(0.0, displacement, x);
             (step.deflection, step.coefficient)
         };

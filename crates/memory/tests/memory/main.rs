@@ -8,8 +8,8 @@ mod loops;
 mod virgin_curve;
 
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
-use bristle::nalgebra::SVector;
-use bristle_memory::{Element, MaxwellSlip, MaxwellSlipParameters};
+
+use bristle_memory::{Element, MaxwellSlip, MaxwellSlipParameters, Parallel};
 
 /// μ = 1.
 fn coulomb() -> Coulomb<f64> {
@@ -46,6 +46,6 @@ fn slip<C: bristle::curve::FrictionCurve<f64>, const N: usize>(
         .unwrap()
 }
 
-fn zeros<const N: usize>() -> SVector<f64, N> {
-    SVector::zeros()
+fn zeros<const N: usize>() -> Parallel<f64, N> {
+    Parallel::default()
 }
