@@ -74,8 +74,11 @@ impl<T: Scalar, const N: usize> Coupled<T, N> {
         drive: SVector<T, N>,
     ) -> (SVector<T, N>, SVector<T, N>) {
         let first = drive.iter().next().map_or(T::zero(), |&first| first);
-        let own = self.coordinates * drive.map(|drive| drive - first);
-        (self.coordinates * state, self.common * first + own)
+        let (state, common) = (self.coordinates * state, self.common * first);
+        if drive.iter().all(|&drive| drive == first) {
+            return (state, common);
+        }
+        (state, common + self.coordinates * drive.map(|drive| drive - first))
     }
 }
 

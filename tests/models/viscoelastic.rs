@@ -1139,3 +1139,21 @@ fn arms_are_even_if_every_dashpot_is() {
     assert!(!arms::<f64, 2, f64, _>([(1.0, Some(2.0)), (3.0, None)], law()).bounds().even);
     assert!(arms::<f64, 2, _, f64>([(1.0, None), (3.0, None::<f64>)], 4.0).bounds().even);
 }
+
+#[test]
+fn springs_may_have_drives_of_their_own() {
+    // The end under a held drive against the exponential of the augmented matrix.
+    let (decay, row) = (Vector3::new(0.0, 2.0, 30.0), Vector3::new(5.0, 1.0, 8.0));
+    let (x, u, h) = (Vector3::new(0.3, -0.2, 0.1), Vector3::new(1.0, -2.0, 0.5), 0.2);
+    let relaxation = <Vector3<f64> as Deflection<f64>>::relaxation(decay, row);
+    let weights = <Vector3<f64> as Deflection<f64>>::weights(relaxation, h);
+    let mut augmented = nalgebra::Matrix4::zeros();
+    augmented.fixed_view_mut::<3, 3>(0, 0).copy_from(&(-h * relaxation.matrix()));
+    augmented.fixed_view_mut::<3, 1>(0, 3).copy_from(&(h * u));
+    let end = augmented.exp() * x.push(1.0);
+    // The exponential of a matrix of size ten keeps some fourteen digits.
+    assert!((weights.end(x, u) - end.xyz()).amax() < 1e-13);
+    // h Λ x̄ = x − x(h) + h u.
+    let balance = relaxation.matrix() * weights.mean(x, u) * h - (x - end.xyz() + u * h);
+    assert!(balance.amax() < 1e-13);
+}
