@@ -372,8 +372,7 @@ struct Rates<T> {
 /// α of x sgn v/ℓ, and its slope.
 fn plasticity<T: Scalar>(utilisation: T, stick_ratio: T) -> [T; 2] {
     if !(utilisation > stick_ratio) {
-        // A NaN deflection stays NaN.
-        return [if utilisation.is_finite() { T::zero() } else { utilisation }, T::zero()];
+        return [T::zero(), T::zero()];
     }
     if utilisation >= T::one() {
         return [T::one(), T::zero()];
