@@ -252,7 +252,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         // p (c₀ z̄ + c₂ v̄) = p K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal
         // numbers.
         let stiffness = affine.stiffness * normal_force;
-        let springs = storage_stiffness * affine.drive * normal_force;
+        let springs = storage_stiffness.scaled_by(affine.drive) * normal_force;
         let excess = stiffness - springs;
         let [bias, rest_bias] = weights.undriven_sums([stiffness, excess], deflection);
         let of_springs = weights.driven_damping(springs, affine.drive, T::zero());
@@ -447,7 +447,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// stiffness that varies it is not known.
     pub fn is_passive(&self) -> bool {
         let Affine { relaxation, drive, stiffness, damping } = self.affine;
-        let excess = stiffness - self.storage_stiffness * drive;
+        let excess = stiffness - self.storage_stiffness.scaled_by(drive);
         let square = excess.inner_product(excess);
         if is_zero(square) {
             return damping >= T::zero();

@@ -330,27 +330,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         velocity: T,
         deflection: M::Deflection,
     ) -> Reloaded<T, M::Deflection> {
-        let left = self.held(change, velocity, deflection);
+        let surface = Surface::scaled(velocity, self.scale_under(change.after));
+        let left = self.model.held(change, surface, deflection);
         // ½ P K (x − x')(x + x')
         let half = self.model.storage_stiffness() * (lit::<T>(0.5) * self.reference_load);
         let dissipated = half.scaled_by(deflection - left).inner_product(deflection + left);
         Reloaded { deflection: left, dissipated }
-    }
-
-    /// What the surface still holds of a deflection after a change of the load.
-    #[inline]
-    fn held(&self, change: LoadChange<T>, velocity: T, deflection: M::Deflection) -> M::Deflection {
-        let stiffness = self.model.storage_stiffness();
-        let carried = stiffness.inner_product(deflection);
-        let surface = Surface::scaled(velocity, self.scale_under(change.after));
-        let kept = change.kept_by(&self.model, surface, carried);
-        if M::Deflection::SPRINGS == 1 || kept == T::one() || is_zero(change.after) {
-            deflection * kept
-        } else {
-            // The tip slips: every stretch shifts alike.
-            let total = stiffness.inner_product(M::Deflection::fill(T::one()));
-            deflection - M::Deflection::fill(carried * (T::one() - kept) / total)
-        }
     }
 
     /// Changes the normal force to p' \[N\], zero or positive, by *renewal*: the stiffness follows
@@ -473,14 +458,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
             self.model.affine(surface, deflection)
         };
         let velocity = surface.velocity();
-        let carried = self.model.storage_stiffness().inner_product(deflection);
-        let most = if is_zero(carried) || is_zero(surface.scale()) {
-            T::zero()
-        } else {
-            self.model.holding_coefficient(surface, carried)
-        };
-        let held =
-            if most < carried.abs() { deflection * (most / carried.abs()) } else { deflection };
+        // As if a load without end had fallen to this one.
+        let change = LoadChange { before: T::unlimited(), after: normal_force };
+        let held = self.model.held(change, surface, deflection);
         ContactResponse {
             rate: affine.rate(velocity, deflection),
             force: self.reference_load * affine.coefficient(velocity, held),

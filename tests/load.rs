@@ -234,6 +234,19 @@ fn the_force_stays_within_what_the_load_holds_and_slides_on_the_curve() {
 }
 
 #[test]
+fn when_the_tip_slips_every_stretch_shifts_alike() {
+    let mut contact = zener().under_load(4.0).unwrap();
+    let stiffness = contact.model().storage_stiffness();
+    let stretched = SVector::from([6e-5, -1e-5]);
+    // At rest the surface holds 0.8 p: under this load half of what the springs carry.
+    let carried = 4.0 * stiffness.dot(&stretched);
+    let left = contact.reload(0.5 * carried / 0.8, 0.0, stretched).unwrap().deflection;
+    let [first, second] = (stretched - left).into();
+    assert!(first > 1e-6 && (first - second).abs() < 1e-14 * first, "{first:e} and {second:e}");
+    assert!((4.0 * stiffness.dot(&left) - 0.5 * carried).abs() < 1e-14 * carried);
+}
+
+#[test]
 fn a_constant_load_leaves_the_same_bits() {
     let (mut reloaded, plain) = (grip::<f64>(), grip::<f64>());
     let mut z = 1e-5;

@@ -25,8 +25,8 @@ pub struct Affine<T: Scalar, D: Deflection<T> = T> {
     /// Relaxation rate λ [1/s]; a matrix for a bristle with internal states.
     #[doc(alias = "lambda")]
     pub relaxation: D::Relaxation,
-    /// Drive r \[–\].
-    pub drive: T,
+    /// Drive r \[–\], of each spring.
+    pub drive: D,
     /// Stiffness c₀ [1/m].
     #[doc(alias = "c0")]
     pub stiffness: D,
@@ -40,13 +40,13 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     pub fn none() -> Self {
         let zero = D::fill(T::zero());
         let relaxation = D::relaxation(zero, zero);
-        Self { relaxation, drive: T::zero(), stiffness: zero, damping: T::zero() }
+        Self { relaxation, drive: zero, stiffness: zero, damping: T::zero() }
     }
 
     /// ż = −λ z + r v [m/s].
     #[inline(always)]
     pub fn rate(&self, velocity: T, deflection: D) -> D {
-        D::fill(self.drive * velocity) - D::relax(self.relaxation, deflection)
+        self.drive * velocity - D::relax(self.relaxation, deflection)
     }
 
     /// μ_b = c₀ z + c₂ v \[–\].
@@ -62,7 +62,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
         // Multiplied out, so that c₀ − K r, which vanishes for every FrBD model, can cancel first.
         let weighted = storage_stiffness.scaled_by(deflection);
         weighted.inner_product(D::relax(self.relaxation, deflection))
-            + (self.stiffness - storage_stiffness * self.drive).inner_product(deflection) * velocity
+            + (self.stiffness - storage_stiffness.scaled_by(self.drive)).inner_product(deflection)
+                * velocity
             + self.damping * velocity * velocity
     }
 

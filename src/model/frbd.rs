@@ -219,7 +219,7 @@ impl<T: Scalar, D: Deflection<T>> Series<T, D> {
         let drive = self.mu * inverse;
         Affine {
             relaxation: D::relaxation(decay, stiffness * (self.speed * inverse)),
-            drive,
+            drive: D::fill(drive),
             stiffness: stiffness * drive,
             damping: damping * drive,
         }
@@ -240,7 +240,7 @@ impl<T: Scalar, D: Deflection<T>> Series<T, D> {
                 slope.elements.decay,
                 slope.elements.stiffness * share + elements.stiffness * share_slope,
             ),
-            drive: drive_slope,
+            drive: D::fill(drive_slope),
             stiffness: slope.elements.stiffness * drive + elements.stiffness * drive_slope,
             damping: slope.elements.damping * drive + elements.damping * drive_slope,
         }

@@ -28,8 +28,8 @@ pub use own::OwnModel;
 
 use crate::parameter::ParameterError;
 use crate::rheology::Deflection;
-use crate::scalar::lit;
-use crate::{Contact, Scalar, Surface};
+use crate::scalar::{is_zero, lit};
+use crate::{Contact, LoadChange, Scalar, Surface};
 
 /// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
 /// sliding velocity v as input, the virtual friction coefficient μ_b = F/p \[–\] as output.
@@ -208,7 +208,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         let linearised = self.linearised(surface, deflection);
         let (affine, slopes) = self.affine_and_slopes(surface, deflection);
         let relaxed = <Self::Deflection as Deflection<T>>::relax(slopes.relaxation, deflection);
-        let rate_terms = relaxed.largest() + (slopes.drive * velocity).abs() + affine.drive.abs();
+        let rate_terms =
+            relaxed.largest() + (slopes.drive * velocity).largest() + affine.drive.largest();
         let coefficient_terms = slopes.stiffness.inner_product(deflection).abs()
             + (slopes.damping * velocity).abs()
             + affine.damping.abs();
@@ -231,6 +232,27 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         surface.largest_up_to(carried, |surface| {
             stiffness.inner_product(self.stationary(surface)).abs()
         })
+    }
+
+    /// What is left of a deflection after a `change` of the load, on the surface under the new one,
+    /// see [`Contact::reload`](crate::Contact::reload). By default the tip slips: every stretch
+    /// shifts alike.
+    #[inline]
+    fn held(
+        &self,
+        change: LoadChange<T>,
+        surface: Surface<T>,
+        deflection: Self::Deflection,
+    ) -> Self::Deflection {
+        let stiffness = self.storage_stiffness();
+        let carried = stiffness.inner_product(deflection);
+        let kept = change.kept_by(self, surface, carried);
+        if Self::Deflection::SPRINGS == 1 || kept == T::one() || is_zero(change.after) {
+            deflection * kept
+        } else {
+            let total = stiffness.inner_product(Self::Deflection::fill(T::one()));
+            deflection - Self::Deflection::fill(carried * (T::one() - kept) / total)
+        }
     }
 
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s].
@@ -289,17 +311,12 @@ pub struct Linearised<T: Scalar, D: Deflection<T> = T> {
 impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
     /// The derivatives of a model whose coefficients depend on the velocity alone.
     #[inline]
-    pub(crate) fn new(
-        affine: &Affine<T, D>,
-        slopes: &Affine<T, D>,
-        velocity: T,
-        deflection: D,
-    ) -> Self {
+    pub fn new(affine: &Affine<T, D>, slopes: &Affine<T, D>, velocity: T, deflection: D) -> Self {
         Self {
             rate: affine.rate(velocity, deflection),
             coefficient: affine.coefficient(velocity, deflection),
             rate_by_deflection: -affine.relaxation,
-            rate_by_velocity: slopes.rate(velocity, deflection) + D::fill(affine.drive),
+            rate_by_velocity: slopes.rate(velocity, deflection) + affine.drive,
             coefficient_by_deflection: affine.stiffness,
             coefficient_by_velocity: slopes.coefficient(velocity, deflection) + affine.damping,
         }

@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use core::fmt::Debug;
 
 use super::{Affine, Characteristics, Form, HeldStep, Law, Limits, Linearised};
-use crate::{Bristle, Scalar, Surface};
+use crate::{Bristle, LoadChange, Scalar, Surface};
 
 /// A model of one deflection behind a pointer, from [`AnyBristle::own`](crate::AnyBristle::own).
 #[derive(Debug)]
@@ -71,6 +71,7 @@ erased! {
         affine_and_slopes(surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>);
         storage_stiffness() -> T;
         holding_coefficient(surface: Surface<T>, carried: T) -> T;
+        held(change: LoadChange<T>, surface: Surface<T>, deflection: T) -> T;
         form() -> Form;
         name() -> &'static str;
         obeys(law: Law) -> bool;

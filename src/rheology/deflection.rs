@@ -9,19 +9,13 @@ use super::{Modes, Weights};
 use crate::Scalar;
 
 /// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
-/// springs. Only these two implement it.
+/// springs. One of your own is needed only where the relaxation has another structure.
 ///
 /// The rate of any bristle of this crate is affine in its state. The matrix is diagonal plus a row
 /// repeated in every line: the stretch of each spring follows the common rate ż, which depends on
 /// all of them, and decays on its own.
 pub trait Deflection<T: Scalar>:
-    sealed::Sealed<T>
-    + Copy
-    + Debug
-    + PartialEq
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<T, Output = Self>
+    Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
 {
     /// Number of springs.
     const SPRINGS: usize;
@@ -38,7 +32,7 @@ pub trait Deflection<T: Scalar>:
     /// The step of a given length as a linear map, see [`Deflection::weights`].
     type Weights: HeldWeights<T, Self>;
 
-    /// The exact step of length h ≥ 0 \[s\] of ẋ = −Λx + u·1, with the matrix Λ and the drive u
+    /// The exact step of length h ≥ 0 \[s\] of ẋ = −Λx + u, with the matrix Λ and the drive u
     /// held: both its end and its mean are linear in the state x at its start and in u.
     fn weights(relaxation: Self::Relaxation, duration: T) -> Self::Weights;
 
@@ -80,21 +74,21 @@ fn cut<T: Scalar>(x: T, limit: T) -> T {
 
 /// The exact step of a relaxing state under a held drive, see [`Deflection::weights`].
 pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
-    /// The state at the end of the step, under a drive u [m/s].
-    fn end(&self, state: D, drive: T) -> D;
+    /// The state at the end of the step, under a drive u [m/s] of each spring.
+    fn end(&self, state: D, drive: D) -> D;
 
     /// The state averaged over the step, under a drive u [m/s].
-    fn mean(&self, state: D, drive: T) -> D;
+    fn mean(&self, state: D, drive: D) -> D;
 
     /// The state averaged over the step, without a drive.
     #[inline]
     fn undriven_mean(&self, state: D) -> D {
-        self.mean(state, T::zero())
+        self.mean(state, D::fill(T::zero()))
     }
 
     /// The state averaged over the step, from zero under a drive u [m/s].
     #[inline]
-    fn driven_mean(&self, drive: T) -> D {
+    fn driven_mean(&self, drive: D) -> D {
         self.mean(D::fill(T::zero()), drive)
     }
 
@@ -109,24 +103,14 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     /// what a friction coefficient with the stiffness k and the damping d rises by with the
     /// velocity.
     #[inline]
-    fn driven_damping(&self, springs: D, drive: T, damping: T) -> T {
+    fn driven_damping(&self, springs: D, drive: D, damping: T) -> T {
         springs.inner_product(self.driven_mean(drive)) + damping
     }
 
     /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\]: the energy that springs of stiffness K dissipate per
     /// unit normal force, with the matrix of a bristle diag(decay) + 1·(share K)ᵀ. It is a sum of
     /// squares, so that no rounding makes it negative.
-    fn relaxed_energy(&self, stiffness: D, state: D, drive: T) -> T;
-}
-
-mod sealed {
-    use nalgebra::SVector;
-
-    use crate::Scalar;
-
-    pub trait Sealed<T> {}
-    impl<T: Scalar> Sealed<T> for T {}
-    impl<T: Scalar, const N: usize> Sealed<T> for SVector<T, N> {}
+    fn relaxed_energy(&self, stiffness: D, state: D, drive: D) -> T;
 }
 
 impl<T: Scalar> Deflection<T> for T {

@@ -1,13 +1,13 @@
 //! The exact step of a bristle of several springs under a held drive, by its modes.
 //!
-//! ẋ = −Λx + u·1,  Λ = diag(a) + 1·wᵀ
+//! ẋ = −Λx + u,  Λ = diag(a) + 1·wᵀ
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | x | stretches of the springs | m |
 //! | aᵢ ≥ 0 | decay rate of each spring's own stretch | 1/s |
 //! | wᵢ ≥ 0 | how each stretch slows the common rate: (\|v\|_ε/g) Kᵢ | 1/s |
-//! | u | drive, r v | m/s |
+//! | uᵢ | drive of each spring, rᵢ v | m/s |
 //!
 //! Scaled by the roots of the stiffnesses Λ is symmetric: diagonal plus rank one. Its eigenvalues
 //! λⱼ are real, at least zero, and lie between the aᵢ, one in each gap and one above them all, not
@@ -48,15 +48,38 @@ const ITERATIONS: usize = 60;
 pub struct Modes<T: Scalar, const N: usize> {
     /// Eigenvalues λⱼ [1/s].
     rates: SVector<T, N>,
+    /// None if each spring is a mode of its own.
+    coupled: Option<Coupled<T, N>>,
+    steps: SVector<Weights<T>, N>,
+    /// Whether every mode relaxes within the step.
+    relaxed: bool,
+}
+
+/// Modes of several springs each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Coupled<T: Scalar, const N: usize> {
     /// The modes, one a column: x = shapes ξ.
     shapes: SMatrix<T, N, N>,
     /// The coordinates ξ = coordinates x of a state.
     coordinates: SMatrix<T, N, N>,
-    /// Those of the vector 1, on which the drive acts.
-    driven: SVector<T, N>,
-    steps: SVector<Weights<T>, N>,
-    /// Whether every mode relaxes within the step.
-    relaxed: bool,
+    /// Those of the vector 1, with more digits: a drive that all springs have in common acts on it.
+    common: SVector<T, N>,
+}
+
+impl<T: Scalar, const N: usize> Coupled<T, N> {
+    /// The coordinates of a state and of a drive.
+    fn coordinates(
+        &self,
+        state: SVector<T, N>,
+        drive: SVector<T, N>,
+    ) -> (SVector<T, N>, SVector<T, N>) {
+        let first = drive.iter().next().map_or(T::zero(), |&first| first);
+        let (state, common) = (self.coordinates * state, self.common * first);
+        if drive.iter().all(|&drive| drive == first) {
+            return (state, common);
+        }
+        (state, common + self.coordinates * drive.map(|drive| drive - first))
+    }
 }
 
 impl<T: Scalar, const N: usize> Modes<T, N> {
@@ -67,46 +90,39 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
         let admissible = relaxation.decay.iter().all(passive)
             && relaxation.row.iter().all(passive)
             && total.is_finite();
-        let (rates, shapes, coordinates, driven) = if !admissible {
-            let nan = SVector::repeat(T::nan());
-            (nan, SMatrix::repeat(T::nan()), SMatrix::identity(), nan)
+        let (rates, coupled) = if !admissible {
+            (SVector::repeat(T::nan()), None)
         } else if is_zero(total) {
-            // At rest the springs are not coupled.
-            let identity = SMatrix::identity();
-            (relaxation.decay, identity, identity, SVector::repeat(T::one()))
+            // At rest, and side by side on one velocity.
+            (relaxation.decay, None)
         } else {
-            coupled(&relaxation, total)
+            let (rates, coupled) = coupled(&relaxation, total);
+            (rates, Some(coupled))
         };
         let relaxed = rates.iter().all(|&rate| rate * duration > T::one());
-        Self {
-            rates,
-            shapes,
-            coordinates,
-            driven,
-            steps: rates.map(|rate| Weights::new(rate, duration)),
-            relaxed,
-        }
+        Self { rates, coupled, steps: rates.map(|rate| Weights::new(rate, duration)), relaxed }
     }
 
     fn step(
         &self,
         state: SVector<T, N>,
-        drive: T,
+        drive: SVector<T, N>,
         of_mode: impl Fn(&Weights<T>, T, T) -> T,
     ) -> SVector<T, N> {
-        let coordinates = self.coordinates * state;
+        let Some(coupled) = &self.coupled else {
+            return SVector::from_fn(|j, _| of_mode(&self.steps[j], state[j], drive[j]));
+        };
+        let (coordinates, drive) = coupled.coordinates(state, drive);
         if self.relaxed {
             // Nothing of the start is left to which a difference could be added.
-            self.shapes
-                * SVector::from_fn(|j, _| {
-                    of_mode(&self.steps[j], coordinates[j], self.driven[j] * drive)
-                })
+            coupled.shapes
+                * SVector::from_fn(|j, _| of_mode(&self.steps[j], coordinates[j], drive[j]))
         } else {
             // The state and what is new, so that a short step makes a small change with all digits.
             state
-                + self.shapes
+                + coupled.shapes
                     * SVector::from_fn(|j, _| {
-                        let rate = self.driven[j] * drive - self.rates[j] * coordinates[j];
+                        let rate = drive[j] - self.rates[j] * coordinates[j];
                         of_mode(&self.steps[j], T::zero(), rate)
                     })
         }
@@ -115,34 +131,43 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
 
 impl<T: Scalar, const N: usize> HeldWeights<T, SVector<T, N>> for Modes<T, N> {
     #[inline]
-    fn end(&self, state: SVector<T, N>, drive: T) -> SVector<T, N> {
+    fn end(&self, state: SVector<T, N>, drive: SVector<T, N>) -> SVector<T, N> {
         self.step(state, drive, Weights::end)
     }
 
     #[inline]
-    fn mean(&self, state: SVector<T, N>, drive: T) -> SVector<T, N> {
+    fn mean(&self, state: SVector<T, N>, drive: SVector<T, N>) -> SVector<T, N> {
         self.step(state, drive, Weights::mean)
     }
 
     // As a sum over the modes, which are orthogonal in ΣKᵢxᵢ².
-    fn relaxed_energy(&self, stiffness: SVector<T, N>, state: SVector<T, N>, drive: T) -> T {
-        let coordinates = self.coordinates * state;
+    fn relaxed_energy(
+        &self,
+        stiffness: SVector<T, N>,
+        state: SVector<T, N>,
+        drive: SVector<T, N>,
+    ) -> T {
+        let (state, drive, stiffness) = match &self.coupled {
+            None => (state, drive, stiffness),
+            Some(coupled) => {
+                let (coordinates, drive) = coupled.coordinates(state, drive);
+                let squares = coupled.shapes.component_mul(&coupled.shapes);
+                (coordinates, drive, squares.tr_mul(&stiffness))
+            }
+        };
         (0..N).fold(T::zero(), |sum, j| {
-            let shape = self.shapes.column(j);
-            let stiffness = stiffness.dot(&shape.component_mul(&shape));
-            let (start, drive) = (coordinates[j], self.driven[j] * drive);
             let step = &self.steps[j];
-            let change = step.end(start, drive) - start;
-            sum + stiffness * step.relaxed_square(step.mean(start, drive), change)
+            let change = step.end(state[j], drive[j]) - state[j];
+            sum + stiffness[j] * step.relaxed_square(step.mean(state[j], drive[j]), change)
         })
     }
 }
 
-/// Eigenvalues, modes, coordinates, and the coordinates of 1, for Σw > 0.
+/// Eigenvalues and modes, for Σw > 0.
 fn coupled<T: Scalar, const N: usize>(
     relaxation: &DiagonalPlusRankOne<SVector<T, N>>,
     total: T,
-) -> (SVector<T, N>, SMatrix<T, N, N>, SMatrix<T, N, N>, SVector<T, N>) {
+) -> (SVector<T, N>, Coupled<T, N>) {
     let (one, zero) = (T::one(), T::zero());
     let DiagonalPlusRankOne { decay, row } = relaxation;
     // In units of the fastest rate no square or reciprocal leaves the range of the scalar type.
@@ -189,8 +214,8 @@ fn coupled<T: Scalar, const N: usize>(
     });
     let coordinates = SMatrix::from_fn(|j, i| w[i] * shapes[(i, j)] * inverse[j]);
     // Σ wᵢ/(λⱼ − aᵢ) = 1.
-    let driven = SVector::from_fn(|j, _| driven(j) * inverse[j]);
-    (rates, shapes, coordinates, driven)
+    let common = SVector::from_fn(|j, _| driven(j) * inverse[j]);
+    (rates, Coupled { shapes, coordinates, common })
 }
 
 /// A term of the secular equation.

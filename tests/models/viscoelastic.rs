@@ -264,9 +264,9 @@ fn golden<const N: usize>(
     let (x, end, mean): (State<N>, State<N>, State<N>) = (x.into(), end.into(), mean.into());
     // Four thousand random matrices with rates from 1e-12 to 1e12 1/s came within 2e-15.
     let tolerance = 4e-15 * norm(x).max(norm(end)).max(norm(mean));
-    let off = norm(weights.end(x, u) - end);
+    let off = norm(weights.end(x, State::repeat(u)) - end);
     assert!(off <= tolerance, "end off by {off:e} of {:e}", norm(end));
-    let off = norm(weights.mean(x, u) - mean);
+    let off = norm(weights.mean(x, State::repeat(u)) - mean);
     assert!(off <= tolerance, "mean off by {off:e} of {:e}", norm(mean));
 }
 
@@ -515,7 +515,7 @@ fn what_is_no_number_stays_none() {
     // A row with the wrong sign belongs to no passive bristle.
     let relaxation = <Vector2<f64> as Deflection<f64>>::relaxation(x, Vector2::new(1.0, -1.0));
     let weights = <Vector2<f64> as Deflection<f64>>::weights(relaxation, 1.0);
-    assert!(weights.end(x, 0.0)[0].is_nan());
+    assert!(weights.end(x, Vector2::zeros())[0].is_nan());
 }
 
 #[test]
@@ -1138,4 +1138,22 @@ fn arms_are_even_if_every_dashpot_is() {
     assert!(!arms::<f64, 2, _, f64>([(1.0, None), (3.0, Some(law()))], 4.0).bounds().even);
     assert!(!arms::<f64, 2, f64, _>([(1.0, Some(2.0)), (3.0, None)], law()).bounds().even);
     assert!(arms::<f64, 2, _, f64>([(1.0, None), (3.0, None::<f64>)], 4.0).bounds().even);
+}
+
+#[test]
+fn springs_may_have_drives_of_their_own() {
+    // The end under a held drive against the exponential of the augmented matrix.
+    let (decay, row) = (Vector3::new(0.0, 2.0, 30.0), Vector3::new(5.0, 1.0, 8.0));
+    let (x, u, h) = (Vector3::new(0.3, -0.2, 0.1), Vector3::new(1.0, -2.0, 0.5), 0.2);
+    let relaxation = <Vector3<f64> as Deflection<f64>>::relaxation(decay, row);
+    let weights = <Vector3<f64> as Deflection<f64>>::weights(relaxation, h);
+    let mut augmented = nalgebra::Matrix4::zeros();
+    augmented.fixed_view_mut::<3, 3>(0, 0).copy_from(&(-h * relaxation.matrix()));
+    augmented.fixed_view_mut::<3, 1>(0, 3).copy_from(&(h * u));
+    let end = augmented.exp() * x.push(1.0);
+    // The exponential of a matrix of size ten keeps some fourteen digits.
+    assert!((weights.end(x, u) - end.xyz()).amax() < 1e-13);
+    // h Λ x̄ = x − x(h) + h u.
+    let balance = relaxation.matrix() * weights.mean(x, u) * h - (x - end.xyz() + u * h);
+    assert!(balance.amax() < 1e-13);
 }

@@ -187,7 +187,7 @@ impl<T: Scalar> EnergyLedger<T> {
         let path = duration * velocity;
         // Σ K x·(Λx) integrated over the step, + (c₀ − K r) h z̄ v + c₂ h v²
         let dissipated = weights.relaxed_energy(stiffness, deflection, drive)
-            + (affine.stiffness - stiffness * affine.drive).inner_product(mean) * path
+            + (affine.stiffness - stiffness.scaled_by(affine.drive)).inner_product(mean) * path
             + affine.damping * path * velocity;
         let half = stiffness * (lit::<T>(0.5) * contact.reference_load());
         self.enter(EnergyBalance {

@@ -5,6 +5,7 @@
 //! | Simscape *Rotational* and *Translational Friction* | [`SimscapeFriction`] → [`Stribeck`] |
 //! | Drake `CoulombFriction` and stiction tolerance | [`DrakeFriction`] → [`Stribeck`] |
 //! | MuJoCo `frictionloss`, `damping`, `solref` … | [`MujocoFriction`] → [`Coulomb`], [`Maxwell`] |
+//! | MuJoCo `dcmotor lugre` | [`MujocoDcMotor`] ↔ [`Stribeck`], [`KelvinVoigt`] |
 //! | Modelica `BearingFriction` (`tau_pos`, `peak`) | `bearing_friction` → [`Tabulated`] |
 //! | Modelica `LossyGear` (`lossTable`) | [`LossyGear`] ↔ [`TorqueLoad`] |
 //! | a datasheet without a bristle | [`Presliding`] → [`KelvinVoigt`] |
@@ -12,9 +13,10 @@
 //! Where a tool gives the friction as a force \[N\] or a torque \[N m\], the coefficients here are
 //! that force or torque: put the model under a load of 1.
 //!
-//! Most of these tools have no bristle. They let friction grow from zero with the velocity, over a
-//! small velocity that is chosen for the solver: a stuck body creeps. Here the bristle sticks, and
-//! a curve begins at the static friction. A bristle is needed beside the curve: [`Presliding`].
+//! But for LuGre blocks and MuJoCo's `dcmotor` these tools have no bristle. They let friction grow
+//! from zero with the velocity, over a small velocity that is chosen for the solver: a stuck body
+//! creeps. Here the bristle sticks, and a curve begins at the static friction. A bristle is needed
+//! beside the curve: [`Presliding`].
 //!
 //! Changes of name are in `docs/coming-from.md`.
 #![no_std]
@@ -275,6 +277,112 @@ impl<T: Scalar> MujocoFriction<T> {
             micro_stiffness: lit::<T>(4.0) * damping * damping / self.inertia,
             series_damping: damping,
         })
+    }
+}
+
+/// LuGre friction of MuJoCo's actuator `dcmotor`, since 3.7:
+/// `lugre="stiffness damping coulomb static stribeck"`.
+///
+/// ż = ω − σ0 |ω| z/g(ω),  τ = σ0 z + σ1 ż + d ω,  g = τ_c + (τ_s − τ_c) e^(−(ω/ω_s)²)
+///
+/// That is `LuGre::classical(curve, bristle)` under a load of 1. With the same curve and bristle
+/// [`FrBd`](bristle::FrBd) is passive, and moves alike where σ1 |ω| is small beside g.
+///
+/// ```
+/// use bristle_convert::MujocoDcMotor;
+/// use bristle::{Bristle, LuGre};
+///
+/// let motor = MujocoDcMotor {
+///     stiffness: 1e4,        // N m/rad
+///     damping: 10.0,         // N m s/rad
+///     coulomb_friction: 1.0, // N m
+///     static_friction: 1.5,  // N m
+///     stribeck_velocity: 0.1, // rad/s
+///     viscous_damping: 0.3,  // N m s/rad, the actuator's `damping`
+/// };
+/// let friction = LuGre::classical(motor.curve()?, motor.bristle()?).under_load(1.0)?;
+/// // What MuJoCo 4.0.0 gives at 0.05 rad/s.
+/// assert!((friction.stationary_force(0.05) - (1.389400391536 + 0.015_f64)).abs() < 1e-11);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// Source: MuJoCo documentation, *XML reference*, `actuator/dcmotor/lugre`. The exponent two, and
+/// that the damping is outside g, by runs of MuJoCo 4.0.0 at held velocities.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct MujocoDcMotor<T> {
+    /// Bristle stiffness σ0 [N m/rad or N/m], positive. (With zero MuJoCo has no LuGre friction.)
+    pub stiffness: T,
+    /// Bristle damping σ1 [N m s/rad or N s/m], zero or positive.
+    pub damping: T,
+    /// Coulomb friction τ_c [N m or N], positive.
+    pub coulomb_friction: T,
+    /// Static friction τ_s [N m or N], at least the Coulomb friction.
+    pub static_friction: T,
+    /// Stribeck velocity ω_s [rad/s or m/s], positive.
+    pub stribeck_velocity: T,
+    /// Damping d of the actuator [N m s/rad or N s/m], its own attribute; zero or positive.
+    pub viscous_damping: T,
+}
+
+impl<T: Scalar> MujocoDcMotor<T> {
+    /// The curve, viscous damping included, for a load of 1.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
+        let coulomb = Named("coulomb_friction", self.coulomb_friction).positive()?;
+        let most = Named("static_friction", self.static_friction);
+        Stribeck::new(StribeckParameters {
+            static_coefficient: most.finite().and(most.at_least("coulomb_friction", coulomb))?,
+            dynamic_coefficient: coulomb,
+            stribeck_velocity: Named("stribeck_velocity", self.stribeck_velocity).positive()?,
+            stribeck_exponent: lit(2.0),
+            viscous_friction: Named("viscous_damping", self.viscous_damping).non_negative()?,
+        })
+    }
+
+    /// The bristle, for a load of 1.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn bristle(&self) -> Result<KelvinVoigt<T>, ParameterError> {
+        KelvinVoigt::new(KelvinVoigtParameters {
+            micro_stiffness: Named("stiffness", self.stiffness).positive()?,
+            micro_damping: Named("damping", self.damping).non_negative()?,
+        })
+    }
+
+    /// The motor of a curve and a bristle under a load \[N m or N\].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a Stribeck exponent other than two, and a load that is not positive.
+    pub fn of(
+        curve: &Stribeck<T>,
+        bristle: &KelvinVoigt<T>,
+        load: T,
+    ) -> Result<Self, ParameterError> {
+        let (curve, bristle) = (curve.parameters(), bristle.parameters());
+        Named("stribeck_exponent", curve.stribeck_exponent).exactly(lit(2.0))?;
+        let load = Named("load", load).positive()?;
+        Ok(Self {
+            stiffness: load * bristle.micro_stiffness,
+            damping: load * bristle.micro_damping,
+            coulomb_friction: load * curve.dynamic_coefficient,
+            static_friction: load * curve.static_coefficient,
+            stribeck_velocity: curve.stribeck_velocity,
+            viscous_damping: load * curve.viscous_friction,
+        })
+    }
+
+    /// The five numbers of the attribute `lugre`.
+    pub fn lugre(&self) -> [T; 5] {
+        let Self { stiffness, damping, coulomb_friction, static_friction, .. } = *self;
+        [stiffness, damping, coulomb_friction, static_friction, self.stribeck_velocity]
     }
 }
 

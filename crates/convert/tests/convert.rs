@@ -1,10 +1,15 @@
 //! Parameters of other tools against those tools' own equations.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
+use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::FrictionCurve;
-use bristle::{Bristle, Dahl, DahlParameters, FrBd, Mechanism, ParameterError};
+use bristle::ode::{self, Output};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, ParameterError};
 use bristle_analysis::audit::{AuditParameters, audit};
-use bristle_convert::{DrakeFriction, LossyGear, MujocoFriction, Presliding, SimscapeFriction};
+use bristle_convert::{
+    DrakeFriction, LossyGear, MujocoDcMotor, MujocoFriction, Presliding, SimscapeFriction,
+};
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle_specimens::{assert_within, check};
 
@@ -372,4 +377,110 @@ fn a_bearing_table_is_met_at_its_rows_and_falls_from_its_peak() {
     refuse(&rows, 1.0, 1.0, "fall_speed", 1.0);
     let error = bearing_friction(&[[0.0, 2.0], [1.0, -1.0]], 1.0, 0.1).unwrap_err().to_string();
     assert!(error.starts_with("torque[1] is -1, but must lie between"), "{error}");
+}
+
+/// The joint of benches/mujoco/creep.py: 0.01 kg m², σ1 = √(J σ0).
+fn motor(stiffness: f64) -> MujocoDcMotor<f64> {
+    MujocoDcMotor {
+        stiffness,
+        damping: (0.01 * stiffness).sqrt(),
+        coulomb_friction: 1.0,
+        static_friction: 1.5,
+        stribeck_velocity: 0.1,
+        viscous_damping: 0.0,
+    }
+}
+
+#[test]
+fn a_dc_motor_slides_as_mujoco_does_and_comes_back() {
+    // `stationary torque` of MuJoCo 4.0.0 at velocities held over 0.2 s.
+    let motor = MujocoDcMotor { viscous_damping: 0.3, ..motor(1e4) };
+    let (curve, bristle) = (motor.curve().unwrap(), motor.bristle().unwrap());
+    let friction = LuGre::classical(curve, bristle).under_load(1.0).unwrap();
+    for (v, torque) in [
+        (0.02, 1.480_394_719_573_8 + 0.006),
+        (0.05, 1.389_400_391_535_7 + 0.015),
+        (0.1, 1.183_939_720_585_7 + 0.03),
+        (0.2, 1.009_157_819_444_4 + 0.06),
+    ] {
+        // It had not quite settled.
+        assert!((friction.stationary_force(v) - torque).abs() < 1e-11, "{v}");
+    }
+    assert_eq!(MujocoDcMotor::of(&curve, &bristle, 1.0), Ok(motor));
+    assert_eq!(motor.lugre(), [1e4, 10.0, 1.0, 1.5, 0.1]);
+    let loaded = MujocoDcMotor::of(&curve, &bristle, 4.0).unwrap();
+    assert_eq!((loaded.static_friction, loaded.viscous_damping), (6.0, 1.2));
+    let other = SimscapeFriction {
+        breakaway_friction: 1.5,
+        coulomb_friction: 1.0,
+        breakaway_velocity: 0.1,
+        viscous_coefficient: 0.0,
+    };
+    let other = MujocoDcMotor::of(&other.curve().unwrap(), &bristle, 1.0);
+    refused(other, "stribeck_exponent", 4.285);
+    refused(MujocoDcMotor::of(&curve, &bristle, 0.0), "load", 0.0);
+    for bad in BAD {
+        refused(MujocoDcMotor { stiffness: bad, ..motor }.bristle(), "stiffness", bad);
+        refused(MujocoDcMotor { coulomb_friction: bad, ..motor }.curve(), "coulomb_friction", bad);
+        refused(MujocoDcMotor { static_friction: bad, ..motor }.curve(), "static_friction", bad);
+        refused(
+            MujocoDcMotor { stribeck_velocity: bad, ..motor }.curve(),
+            "stribeck_velocity",
+            bad,
+        );
+    }
+    for bad in [f64::NAN, -1.0] {
+        refused(MujocoDcMotor { damping: bad, ..motor }.bristle(), "damping", bad);
+        refused(MujocoDcMotor { viscous_damping: bad, ..motor }.curve(), "viscous_damping", bad);
+    }
+}
+
+/// Position after 1 s and 2 s and the bristle at the end, in passive steps of 2 ms under 0.5 N m.
+fn held<M: Bristle<f64, Deflection = f64>>(contact: Contact<f64, M>) -> ([f64; 2], f64) {
+    let joint = contact.companion(0.1).unwrap();
+    let (mut x, mut v, mut z, h) = (0.0, 0.0, 0.0, 2e-3);
+    let (mut history, mut places) = (VelocityHistory::new(v), [0.0; 2]);
+    for n in 1..=1000 {
+        let step = joint.step(history.predict(), z, h);
+        let mass = PointMass { mass: 0.01, velocity: v, force: 0.5, end_weight: 1.0 };
+        v = step.point_mass(mass);
+        z = step.commit(v).deflection;
+        x += h * v;
+        history.push(v);
+        if n % 500 == 0 {
+            places[n / 500 - 1] = x;
+        }
+    }
+    (places, z)
+}
+
+#[test]
+fn a_dc_motor_under_a_third_of_its_breakaway_stands_at_every_stiffness() {
+    for stiffness in [1e4, 1e5, 1e6] {
+        let (curve, bristle) =
+            (motor(stiffness).curve().unwrap(), motor(stiffness).bristle().unwrap());
+        let frbd = FrBd::new(curve, bristle).under_load(1.0).unwrap();
+        let lugre = LuGre::classical(curve, bristle).under_load(1.0).unwrap();
+        let block = MassSpringDamper::new(MassSpringDamperParameters {
+            contact: frbd,
+            mechanism: Mechanism { mass: 0.01, spring_stiffness: 0.0, viscous_damping: 0.0 },
+            drive_velocity: 0.0,
+            force: 0.5,
+        })
+        .unwrap();
+        let run = ode::solve(&block, 0.0..2.0, block.at_rest(), 1e-8, Output::Uniform(3)).unwrap();
+        let [_, half, end] = run.states()[..] else { panic!("three outputs") };
+        for ([half, end], z, what) in [
+            (held(frbd).0, held(frbd).1, "FrBD, passive steps"),
+            (held(lugre).0, held(lugre).1, "LuGre, the same steps"),
+            ([half[0], end[0]], end[2], "FrBD, solved"),
+        ] {
+            // Of F/σ0 itself, once it has swung in; the solver to its tolerance.
+            let want = 0.5 / stiffness;
+            assert!((z - want).abs() < 1e-7 * want, "{what}: {z:e} is not {want:e}");
+            assert!((end - half).abs() < 1e-6 * want, "{what}: {half:e}, {end:e}");
+            // While it swung in the bristle has slipped.
+            assert!(end > want && end < 4.0 * want, "{what}: {end:e} is not {want:e}");
+        }
+    }
 }

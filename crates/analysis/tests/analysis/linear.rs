@@ -836,7 +836,7 @@ fn small_motions_about_steady_sliding_are_the_derivatives_there() {
         let (steady, plain) = (model.steady_linearised(v), model.linearised(v, z));
         let (affine, slopes) = model.affine_and_slopes(v.into(), z);
         // Of the terms that cancel.
-        let size = M::Deflection::relax(slopes.relaxation, z).largest() + affine.drive;
+        let size = M::Deflection::relax(slopes.relaxation, z).largest() + affine.drive.largest();
         let off = steady.rate_by_velocity - plain.rate_by_velocity;
         near(off.largest(), 0.0, size, "∂ż/∂v");
         let size = size * (1.0 + affine.damping) + slopes.stiffness.inner_product(z).abs();
