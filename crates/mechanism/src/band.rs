@@ -1,0 +1,159 @@
+//! Symmetric band matrices: products, and L D Lᵀ in place.
+//!
+//! A matrix of half-width b is stored row by row, of row i the entries of columns i − b … i, so that
+//! the diagonal is last: b = 0 is a diagonal matrix, b = n − 1 a dense one. Entries before column 0
+//! are never read.
+
+use bristle::Scalar;
+use bristle::scalar::is_zero;
+
+/// Σ aₖ bₖ.
+#[inline(always)]
+fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).fold(T::zero(), |sum, (&a, &b)| sum + a * b)
+}
+
+/// The place of entry (i, j), j ≤ i, of a matrix with rows of so many entries.
+#[inline(always)]
+pub(crate) fn place(width: usize, i: usize, j: usize) -> usize {
+    // Rows of a user's own may name any coordinate.
+    width.wrapping_mul(i.wrapping_add(1)).wrapping_sub(1 + (i - j))
+}
+
+/// y ← y − A x.
+#[inline(always)]
+pub(crate) fn subtract_product<T: Scalar>(width: usize, matrix: &[T], x: &[T], y: &mut [T]) {
+    match width {
+        1 => {
+            for ((y, &a), &x) in y.iter_mut().zip(matrix).zip(x) {
+                *y -= a * x;
+            }
+        }
+        2 => subtract_wide(2, matrix, x, y),
+        _ => subtract_wide(width, matrix, x, y),
+    }
+}
+
+#[inline(always)]
+fn subtract_wide<T: Scalar>(width: usize, matrix: &[T], x: &[T], y: &mut [T]) {
+    let reach = width - 1;
+    for (i, row) in matrix.chunks_exact(width).enumerate() {
+        let first = i.saturating_sub(reach);
+        let (above, from) = y.split_at_mut(i);
+        let mut sum = row[reach] * x[i];
+        for ((y, &a), &before) in
+            above[first..].iter_mut().zip(&row[first + reach - i..]).zip(&x[first..])
+        {
+            sum += a * before;
+            *y -= a * x[i];
+        }
+        from[0] -= sum;
+    }
+}
+
+/// xᵀ A x.
+pub(crate) fn quadratic<T: Scalar>(width: usize, matrix: &[T], x: &[T]) -> T {
+    let reach = width - 1;
+    let mut total = T::zero();
+    for (i, row) in matrix.chunks_exact(width).enumerate() {
+        let first = i.saturating_sub(reach);
+        let beside = dot(&row[first + reach - i..reach], &x[first..i]);
+        total += (row[reach] * x[i] + beside + beside) * x[i];
+    }
+    total
+}
+
+/// A = L D Lᵀ in place, L with a unit diagonal, 1/D on the diagonal. Hands out each pivot.
+#[inline(always)]
+pub(crate) fn factor<T: Scalar>(width: usize, matrix: &mut [T], pivot: impl FnMut(usize, T)) {
+    match width {
+        1 => factor_wide(1, matrix, pivot),
+        2 => factor_wide(2, matrix, pivot),
+        _ => factor_wide(width, matrix, pivot),
+    }
+}
+
+#[inline(always)]
+fn factor_wide<T: Scalar>(width: usize, matrix: &mut [T], mut pivot: impl FnMut(usize, T)) {
+    let reach = width - 1;
+    for i in 0..matrix.len() / width {
+        let (above, from) = matrix.split_at_mut(i * width);
+        let row = &mut from[..width];
+        let first = i.saturating_sub(reach);
+        // Columns of L D: the row times D.
+        for j in first..i {
+            let other = &above[j * width..][..width];
+            let known = dot(&row[first + reach - i..j + reach - i], &other[first + reach - j..]);
+            row[j + reach - i] -= known;
+        }
+        let mut diagonal = row[reach];
+        for j in first..i {
+            let scaled = row[j + reach - i];
+            let factor = scaled * above[j * width + reach];
+            diagonal -= scaled * factor;
+            row[j + reach - i] = factor;
+        }
+        pivot(i, diagonal);
+        row[reach] = T::one() / diagonal;
+    }
+}
+
+/// x ← A⁻¹ x with the factors of A.
+#[inline(always)]
+pub(crate) fn solve<T: Scalar>(width: usize, factors: &[T], x: &mut [T]) {
+    match width {
+        1 => {
+            for (x, &reciprocal) in x.iter_mut().zip(factors) {
+                *x *= reciprocal;
+            }
+        }
+        2 => solve_wide(2, factors, x),
+        _ => solve_wide(width, factors, x),
+    }
+}
+
+#[inline(always)]
+fn solve_wide<T: Scalar>(width: usize, factors: &[T], x: &mut [T]) {
+    let reach = width - 1;
+    for (i, row) in factors.chunks_exact(width).enumerate() {
+        let first = i.saturating_sub(reach);
+        let known = dot(&row[first + reach - i..reach], &x[first..i]);
+        x[i] -= known;
+    }
+    for (x, row) in x.iter_mut().zip(factors.chunks_exact(width)) {
+        *x *= row[reach];
+    }
+    for (i, row) in factors.chunks_exact(width).enumerate().rev() {
+        let first = i.saturating_sub(reach);
+        let (above, from) = x.split_at_mut(i);
+        let found = from[0];
+        for (x, &factor) in above[first..].iter_mut().zip(&row[first + reach - i..]) {
+            *x -= factor * found;
+        }
+    }
+}
+
+/// A x = b of a full matrix without pivoting, both in place: for I + G D with G = Gᵀ ≥ 0 and D ≥ 0
+/// diagonal, which is similar to I + √D G √D, so that every pivot is at least 1.
+#[inline(always)]
+pub(crate) fn eliminate<T: Scalar>(matrix: &mut [T], x: &mut [T]) {
+    let size = x.len();
+    for k in 0..size {
+        let (above, below) = matrix.split_at_mut((k + 1) * size);
+        let pivot_row = &above[k * size..];
+        let reciprocal = T::one() / pivot_row[k];
+        for (row, i) in below.chunks_exact_mut(size).zip(k + 1..) {
+            let factor = row[k] * reciprocal;
+            if !is_zero(factor) {
+                for (a, &b) in row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]) {
+                    *a -= factor * b;
+                }
+                x[i] -= factor * x[k];
+            }
+        }
+    }
+    for (k, row) in matrix.chunks_exact(size.max(1)).enumerate().rev() {
+        let known = dot(&row[k + 1..], &x[k + 1..]);
+        x[k] = (x[k] - known) / row[k];
+    }
+}
