@@ -63,39 +63,62 @@ pub(crate) fn quadratic<T: Scalar>(width: usize, matrix: &[T], x: &[T]) -> T {
     total
 }
 
-/// A = L D Lᵀ in place, L with a unit diagonal, 1/D on the diagonal. Hands out each pivot.
+/// A = L D Lᵀ in place, L with a unit diagonal, 1/D on the diagonal. Each row is handed out as it is
+/// finished: its number, the row of L D (the pivot last), and 1/pivot.
 #[inline(always)]
-pub(crate) fn factor<T: Scalar>(width: usize, matrix: &mut [T], pivot: impl FnMut(usize, T)) {
-    match width {
-        1 => factor_wide(1, matrix, pivot),
-        2 => factor_wide(2, matrix, pivot),
-        _ => factor_wide(width, matrix, pivot),
-    }
-}
-
-#[inline(always)]
-fn factor_wide<T: Scalar>(width: usize, matrix: &mut [T], mut pivot: impl FnMut(usize, T)) {
+fn factor_wide<T: Scalar>(width: usize, matrix: &mut [T], mut done: impl FnMut(usize, &[T], T)) {
     let reach = width - 1;
     for i in 0..matrix.len() / width {
         let (above, from) = matrix.split_at_mut(i * width);
         let row = &mut from[..width];
         let first = i.saturating_sub(reach);
-        // Columns of L D: the row times D.
         for j in first..i {
             let other = &above[j * width..][..width];
             let known = dot(&row[first + reach - i..j + reach - i], &other[first + reach - j..]);
             row[j + reach - i] -= known;
         }
-        let mut diagonal = row[reach];
+        let mut pivot = row[reach];
         for j in first..i {
             let scaled = row[j + reach - i];
-            let factor = scaled * above[j * width + reach];
-            diagonal -= scaled * factor;
-            row[j + reach - i] = factor;
+            pivot -= scaled * (scaled * above[j * width + reach]);
         }
-        pivot(i, diagonal);
-        row[reach] = T::one() / diagonal;
+        row[reach] = pivot;
+        let reciprocal = T::one() / pivot;
+        done(i, &row[first + reach - i..], reciprocal);
+        for j in first..i {
+            row[j + reach - i] *= above[j * width + reach];
+        }
+        row[reach] = reciprocal;
     }
+}
+
+/// A = L D Lᵀ in place. Hands out each pivot.
+#[inline(always)]
+pub(crate) fn factor<T: Scalar>(width: usize, matrix: &mut [T], mut pivot: impl FnMut(usize, T)) {
+    factor_wide(width, matrix, |i, row, _| {
+        if let Some(&last) = row.last() {
+            pivot(i, last);
+        }
+    });
+}
+
+/// A = L D Lᵀ in place, and x ← A⁻¹ x.
+#[inline(always)]
+pub(crate) fn factor_and_solve<T: Scalar>(width: usize, matrix: &mut [T], x: &mut [T]) {
+    match width {
+        2 => factor_and_solve_wide(2, matrix, x),
+        _ => factor_and_solve_wide(width, matrix, x),
+    }
+}
+
+#[inline(always)]
+fn factor_and_solve_wide<T: Scalar>(width: usize, matrix: &mut [T], x: &mut [T]) {
+    factor_wide(width, matrix, |i, row, reciprocal| {
+        let (above, from) = x.split_at_mut(i);
+        let known = dot(row, &above[i + 1 - row.len()..]);
+        from[0] = (from[0] - known) * reciprocal;
+    });
+    back(width, matrix, x);
 }
 
 /// x ← A⁻¹ x with the factors of A.
@@ -123,6 +146,13 @@ fn solve_wide<T: Scalar>(width: usize, factors: &[T], x: &mut [T]) {
     for (x, row) in x.iter_mut().zip(factors.chunks_exact(width)) {
         *x *= row[reach];
     }
+    back(width, factors, x);
+}
+
+/// x ← L⁻ᵀ x.
+#[inline(always)]
+fn back<T: Scalar>(width: usize, factors: &[T], x: &mut [T]) {
+    let reach = width - 1;
     for (i, row) in factors.chunks_exact(width).enumerate().rev() {
         let first = i.saturating_sub(reach);
         let (above, from) = x.split_at_mut(i);

@@ -2,7 +2,7 @@
 
 use crate::mechanism::LinearMechanism;
 use crate::rows::Rows;
-use crate::step::{Motion, check_count, check_length};
+use crate::step::{Motion, check_count, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
 use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::Deflection;
@@ -74,14 +74,14 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         self.before = None;
     }
 
-    /// The companion of the next step, at the sliding velocity extrapolated to its middle; the load
+    /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated to its middle; the load
     /// has been checked.
     #[inline(always)]
     fn freeze<M: Bristle<T, Deflection = D>>(
         &mut self,
         companion: &Companion<T, M>,
         [without, prescribed, load, duration]: [T; 4],
-    ) -> CompanionStep<T, D> {
+    ) -> (T, T) {
         let mut history = VelocityHistory::new(self.before.unwrap_or(without) + prescribed);
         history.push(without + prescribed);
         let (contact, predicted) = (companion.contact(), history.predict());
@@ -107,8 +107,10 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
             let prediction = Prediction { velocity: surface, deflection: middle };
             companion.step_about(prediction, deflection, duration)
         };
-        (self.before, self.load, self.frozen) = (Some(without), load, Some(step));
-        step
+        (self.before, self.load) = (Some(without), load);
+        let sources = (step.bias(), step.damping());
+        self.frozen = Some(step);
+        sources
     }
 
     /// Ends the step at the mean sliding velocity that was found.
@@ -166,19 +168,20 @@ where
             let stated = load.stated(held, "be zero: the contact was built without a load");
             ParameterError::of_component(index, stated)?;
         }
-        let (rows, parts) = self.split();
-        let room = parts.bias.iter_mut().zip(parts.dampers).zip(parts.sliding);
+        let (structure, duration) = (self.structure, forwards(duration));
+        let (rows, mut parts) = self.prepared(duration);
+        let room = parts.bias.iter_mut().zip(&mut *parts.dampers).zip(&mut *parts.sliding);
         let states = contacts.iter_mut().zip(companions);
         for (k, (((bias, damper), sliding), (state, companion))) in room.zip(states).enumerate() {
             let without = crate::rows::along(rows.row(k), motion.velocity);
             let prescribed = inputs.prescribed.get(k).copied().unwrap_or_else(T::zero);
             let load = inputs.load.get(k).copied().unwrap_or(state.load);
-            let step = state.freeze(companion, [without, prescribed, load, duration]);
-            (*bias, *damper) = (step.bias(), step.damping());
+            let step = [without, prescribed, load, duration];
+            (*bias, *damper) = state.freeze(companion, step);
             *sliding = without + prescribed;
         }
-        self.solve(duration, inputs.force, motion);
-        for (state, &mean) in contacts.iter_mut().zip(&*self.split().1.sliding) {
+        parts.solve(structure, duration, inputs.force, motion, rows);
+        for (state, &mean) in contacts.iter_mut().zip(&*parts.sliding) {
             state.commit(mean);
         }
         Ok(())

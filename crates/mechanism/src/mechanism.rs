@@ -28,7 +28,7 @@ pub enum Structure {
 
 impl Structure {
     /// Entries in a row of the stored matrices.
-    const fn width(self, coordinates: usize) -> usize {
+    pub(crate) const fn width(self, coordinates: usize) -> usize {
         match self {
             Structure::Dense => coordinates,
             Structure::Diagonal => 1,

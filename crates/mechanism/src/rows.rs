@@ -46,13 +46,21 @@ rows!(
     [] alloc::vec::Vec<Q>
 );
 
-/// W x of one contact, in four sums, so that a long row does not wait for one.
+/// W x of one contact: of a long row in four sums, so that no sum waits for the one before.
 #[inline(always)]
 pub(crate) fn along<T: Scalar>(row: &[(usize, T)], x: &[T]) -> T {
+    let term = |&(place, factor): &(usize, T)| {
+        x.get(place).map_or_else(T::zero, |&value| factor * value)
+    };
+    if let [first, rest @ ..] = row
+        && rest.len() < 4
+    {
+        return rest.iter().fold(term(first), |sum, pair| sum + term(pair));
+    }
     let mut sums = [T::zero(); 4];
     for four in row.chunks(4) {
-        for (sum, &(place, factor)) in sums.iter_mut().zip(four) {
-            *sum += factor * x.get(place).copied().unwrap_or_else(T::zero);
+        for (sum, pair) in sums.iter_mut().zip(four) {
+            *sum += term(pair);
         }
     }
     (sums[0] + sums[1]) + (sums[2] + sums[3])

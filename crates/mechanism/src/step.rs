@@ -1,7 +1,7 @@
 //! One step: the linear system, solved as its structure has it.
 
 use crate::band;
-use crate::mechanism::LinearMechanism;
+use crate::mechanism::{LinearMechanism, Structure};
 use crate::rows::{Rows, along};
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError, Rule};
@@ -74,12 +74,13 @@ where
         check_length::<T>("biases", sources.bias, contacts)?;
         check_length::<T>("dampings", sources.damping, contacts)?;
         check_length::<T>("sliding velocities", sources.sliding, contacts)?;
-        let (_, parts) = self.split();
+        let (structure, duration) = (self.structure, forwards(duration));
+        let (rows, mut parts) = self.prepared(duration);
         parts.bias.copy_from_slice(sources.bias);
         parts.dampers.copy_from_slice(sources.damping);
         parts.sliding.copy_from_slice(sources.sliding);
-        self.solve(duration, force, motion);
-        sources.sliding.copy_from_slice(self.split().1.sliding);
+        parts.solve(structure, duration, force, motion, rows);
+        sources.sliding.copy_from_slice(parts.sliding);
         Ok(())
     }
 
@@ -104,42 +105,54 @@ where
         check_length("velocities", motion.velocity, self.coordinates)
     }
 
-    /// The step, from biases, dampers and sliding velocities in the storage.
-    pub(crate) fn solve(&mut self, duration: T, force: &[T], motion: Motion<'_, T>) {
-        let Motion { position, velocity } = motion;
-        // NaN for a step backwards.
-        let duration = if duration >= T::zero() { duration } else { T::nan() };
-        let (width, half) = (self.width(), lit::<T>(0.5) * duration);
+    /// The contacts and the storage, for a step of a length, with A factored for it.
+    #[inline(always)]
+    pub(crate) fn prepared(&mut self, duration: T) -> (&R, Parts<'_, T>) {
+        let (width, structure) = (self.width(), self.structure);
         let factored = self.duration == duration;
         self.duration = duration;
-        let structure = self.structure;
         let (rows, mut parts) = self.split();
+        if structure.is_reduced() && !factored {
+            parts.factor(width, lit::<T>(0.5) * duration, rows);
+        }
+        (rows, parts)
+    }
+}
+
+impl<T: Scalar> Parts<'_, T> {
+    /// The step, from biases, dampers and sliding velocities in the storage.
+    #[inline(always)]
+    pub(crate) fn solve(
+        &mut self,
+        structure: Structure,
+        duration: T,
+        force: &[T],
+        motion: Motion<'_, T>,
+        rows: &impl Rows<T>,
+    ) {
+        let Motion { position, velocity } = motion;
+        let (width, half) = (structure.width(force.len()), lit::<T>(0.5) * duration);
         // First x₀ + (h/2) v₀; the mean velocity at the end.
-        let middle = &mut *parts.mean_velocity;
+        let middle = &mut *self.mean_velocity;
         for (middle, (&x, &v)) in middle.iter_mut().zip(position.iter().zip(velocity.iter())) {
             *middle = x + half * v;
         }
-        parts.acceleration.copy_from_slice(force);
-        band::subtract_product(width, parts.stiffness, middle, parts.acceleration);
-        band::subtract_product(width, parts.damping, velocity, parts.acceleration);
+        self.acceleration.copy_from_slice(force);
+        band::subtract_product(width, self.stiffness, middle, self.acceleration);
+        band::subtract_product(width, self.damping, velocity, self.acceleration);
         if structure.is_reduced() {
-            if !factored {
-                parts.factor(width, half, rows);
-            }
-            parts.solve_contacts(width, half, rows);
+            self.solve_contacts(width, half, rows);
         } else {
-            parts.solve_whole(width, half, rows);
+            self.solve_whole(width, half, rows);
         }
-        let moved = position.iter_mut().zip(velocity).zip(parts.mean_velocity);
-        for (((x, v), mean), &a) in moved.zip(&*parts.acceleration) {
+        let moved = position.iter_mut().zip(velocity).zip(&mut *self.mean_velocity);
+        for (((x, v), mean), &a) in moved.zip(&*self.acceleration) {
             *mean = *v + half * a;
             *x += duration * *mean;
             *v += duration * a;
         }
     }
-}
 
-impl<T: Scalar> Parts<'_, T> {
     /// factors = A.
     #[inline(always)]
     fn assemble(&mut self, half: T) {
@@ -225,12 +238,17 @@ impl<T: Scalar> Parts<'_, T> {
                 }
             }
         }
-        band::factor(width, self.factors, |_, _| ());
-        band::solve(width, self.factors, self.acceleration);
+        band::factor_and_solve(width, self.factors, self.acceleration);
         for (contact, sliding) in self.sliding.iter_mut().enumerate() {
             *sliding += half * along(rows.row(contact), self.acceleration);
         }
     }
+}
+
+/// NaN for a step backwards.
+#[inline]
+pub(crate) fn forwards<T: Scalar>(duration: T) -> T {
+    if duration >= T::zero() { duration } else { T::nan() }
 }
 
 /// Refuses a slice of another length.
