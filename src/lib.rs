@@ -32,6 +32,7 @@
 //! | `bristle-plane` | sliding in a plane, spin, footprints |
 //! | `bristle-rolling` | contact patches: tyres, rollers |
 //! | `bristle-joint` | friction of gears, motors, geared joints |
+//! | `bristle-mechanism` | many contacts in one mechanism |
 //! | `bristle-batch` | many bristles at once |
 //! | `bristle-fidelity` | the cheapest model that a scene needs |
 //! | `bristle-identify` | parameters from logs |

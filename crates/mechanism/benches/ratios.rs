@@ -113,8 +113,7 @@ impl<R: Rows<f64>, S: AsRef<[f64]> + AsMut<[f64]>> Coupled<R, S> {
     fn step(&mut self) {
         let motion = Motion { position: &mut self.position, velocity: &mut self.velocity };
         let inputs = Inputs::force(&self.force);
-        let done =
-            self.mechanism.step(STEP, &inputs, motion, &self.companions, &mut self.contacts);
+        let done = self.mechanism.step(STEP, &inputs, motion, &self.companions, &mut self.contacts);
         black_box(done.is_ok());
     }
 }
@@ -128,7 +127,8 @@ fn main() -> Result<(), ParameterError> {
         Matrices { structure: Structure::Dense, mass: &[1.0], damping: &[], stiffness: &[] };
     let storage = [0.0; Structure::Dense.storage(1, 1)];
     let one = LinearMechanism::new(&matrices, [[(0, 1.0)]], storage)?;
-    let (mut one, mut alone) = (Coupled::new(one, companion, SPEED, FORCE), Alone::new(companion, 1));
+    let (mut one, mut alone) =
+        (Coupled::new(one, companion, SPEED, FORCE), Alone::new(companion, 1));
 
     let block = Block {
         to_ground: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },

@@ -250,7 +250,8 @@ where
         for which in Which::ALL {
             check(which, width, coordinates, entries, parts.factors)?;
         }
-        for (which, matrix) in Which::ALL.into_iter().zip([parts.mass, parts.damping, parts.stiffness])
+        for (which, matrix) in
+            Which::ALL.into_iter().zip([parts.mass, parts.damping, parts.stiffness])
         {
             for (i, row) in matrix.chunks_exact_mut(width).enumerate() {
                 for j in i.saturating_sub(width - 1)..=i {

@@ -40,7 +40,7 @@ macro_rules! rows {
     };
 }
 rows!([const K: usize] [Q; K]);
-rows!([] &[Q]);
+rows!([] & [Q]);
 rows!(
     #[cfg(feature = "alloc")]
     [] alloc::vec::Vec<Q>
@@ -49,9 +49,8 @@ rows!(
 /// W x of one contact: of a long row in four sums, so that no sum waits for the one before.
 #[inline(always)]
 pub(crate) fn along<T: Scalar>(row: &[(usize, T)], x: &[T]) -> T {
-    let term = |&(place, factor): &(usize, T)| {
-        x.get(place).map_or_else(T::zero, |&value| factor * value)
-    };
+    let term =
+        |&(place, factor): &(usize, T)| x.get(place).map_or_else(T::zero, |&value| factor * value);
     if let [first, rest @ ..] = row
         && rest.len() < 4
     {
@@ -89,7 +88,8 @@ pub(crate) fn check<T: Scalar>(
         let rubs = Named("largest factor of contact", largest)
             .stated(largest > T::zero(), "be positive: the contact rubs on nothing");
         ParameterError::of_component(contact, rubs)?;
-        let apart = Named("distance of the coordinates of contact", lit::<T>((last - first) as f64));
+        let apart =
+            Named("distance of the coordinates of contact", lit::<T>((last - first) as f64));
         let rule = Rule::AtMost { other: "half_bandwidth", limit: reach as f64 };
         ParameterError::of_component(contact, apart.check(last - first <= reach, rule))?;
     }

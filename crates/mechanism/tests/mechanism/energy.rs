@@ -204,7 +204,10 @@ fn no_random_mechanism_makes_energy() {
             let softest = largest(&random.mass) + h * largest(&random.damping);
             let condition = (softest + h * h * largest(&random.stiffness)) / rigid;
             let amplified = if banded { 1.0 } else { condition };
-            assert!(off <= 200.0 * f64::EPSILON * amplified * terms, "{case}: {off:e} of {terms:e}");
+            assert!(
+                off <= 200.0 * f64::EPSILON * amplified * terms,
+                "{case}: {off:e} of {terms:e}"
+            );
         }
     }
     assert!(negative > 1000, "the contacts gave back what they had stored {negative} times only");

@@ -14,8 +14,7 @@ fn dense(
     stiffness: [f64; 4],
 ) -> Result<LinearMechanism<f64, [[(usize, f64); 1]; 0], Vec<f64>>, ParameterError> {
     let structure = Structure::Dense;
-    let matrices =
-        Matrices { structure, mass: &mass, damping: &damping, stiffness: &stiffness };
+    let matrices = Matrices { structure, mass: &mass, damping: &damping, stiffness: &stiffness };
     LinearMechanism::on_heap(&matrices, NOTHING)
 }
 
@@ -54,7 +53,10 @@ fn matrices_that_are_not_what_they_must_be_are_refused() {
     let short = LinearMechanism::on_heap(&matrices(&[], &row[1..]), NOTHING);
     refused(short, "there must be 9 entries of stiffness, not 8");
     let none = Matrices { mass: &[], ..matrices(&[], &[]) };
-    refused(LinearMechanism::on_heap(&none, NOTHING), "there must be at least 1 coordinates, not 0");
+    refused(
+        LinearMechanism::on_heap(&none, NOTHING),
+        "there must be at least 1 coordinates, not 0",
+    );
     let small = LinearMechanism::new(&matrices(&[], &[]), NOTHING, [0.0; 41]);
     refused(small, "there must be at least 42 numbers of storage, not 41");
 }
@@ -95,7 +97,10 @@ fn contacts_on_nothing_are_refused() {
     refused(chain.on_heap(NOTHING), "stiffness to the next block[1] is -1, but must");
     soft[1] = Block { to_ground: Mechanism { mass: 0.0, ..block.to_ground }, ..block };
     refused(Chain { blocks: &soft }.on_heap(NOTHING), "mass[1] is 0, but must");
-    refused(Chain::<f64> { blocks: &[] }.on_heap(NOTHING), "there must be at least 1 blocks, not 0");
+    refused(
+        Chain::<f64> { blocks: &[] }.on_heap(NOTHING),
+        "there must be at least 1 blocks, not 0",
+    );
 }
 
 /// A step that is refused has moved nothing; NaN in gives NaN out.

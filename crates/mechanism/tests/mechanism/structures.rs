@@ -73,9 +73,9 @@ fn modes_a_band_and_full_matrices_move_alike() {
     let deflections = contacts.iter().map(ContactState::deflection).collect();
     let modal = [masses(position), masses(velocity), deflections];
     let (dense, band) = (run(&mut dense(ROWS), 1), run(&mut chain(), 1));
-    for (dense, others) in dense.iter().flatten().zip(
-        modal.iter().flatten().zip(band.iter().flatten()),
-    ) {
+    for (dense, others) in
+        dense.iter().flatten().zip(modal.iter().flatten().zip(band.iter().flatten()))
+    {
         // 400 steps of a stable motion, a few roundings each.
         assert!((dense - others.0).abs() < 1e-13 && (dense - others.1).abs() < 1e-13);
     }
@@ -114,8 +114,7 @@ fn random_bands_move_as_full_matrices() {
 fn one_contact_on_one_mass_is_a_point_mass() {
     fn off<T: Scalar>() -> T {
         let t = lit::<T>;
-        let parameters =
-            DahlParameters { dynamic_coefficient: t(0.5), micro_stiffness: t(1000.0) };
+        let parameters = DahlParameters { dynamic_coefficient: t(0.5), micro_stiffness: t(1000.0) };
         let friction = Dahl::new(parameters).unwrap().under_load(t(2.0)).unwrap();
         let companion = friction.companion(t(1.0)).unwrap();
         let (mass, h) = ([t(1.5)], t(0.01));
