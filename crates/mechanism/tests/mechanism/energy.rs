@@ -7,13 +7,15 @@ use bristle::{AnyBristle, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd};
 use bristle_mechanism::{ContactState, Inputs, LinearMechanism, Matrices, Motion, Structure};
 use bristle_specimens::draw::Draw;
 
+type RandomRows = Vec<Vec<(usize, f64)>>;
+
 /// A mechanism as full matrices, rows of its contacts, and their companions.
 pub(crate) struct Random {
     pub(crate) coordinates: usize,
     pub(crate) mass: Vec<f64>,
     pub(crate) damping: Vec<f64>,
     pub(crate) stiffness: Vec<f64>,
-    pub(crate) rows: Vec<Vec<(usize, f64)>>,
+    pub(crate) rows: RandomRows,
     pub(crate) companions: Vec<Companion<f64, AnyBristle<f64>>>,
     half_bandwidth: usize,
 }
@@ -62,10 +64,7 @@ impl Random {
     }
 
     /// In a structure it has.
-    pub(crate) fn mechanism(
-        &self,
-        banded: bool,
-    ) -> LinearMechanism<f64, Vec<Vec<(usize, f64)>>, Vec<f64>> {
+    pub(crate) fn mechanism(&self, banded: bool) -> LinearMechanism<f64, RandomRows, Vec<f64>> {
         let (n, reach) = (self.coordinates, self.half_bandwidth);
         let [mass, damping, stiffness] =
             [&self.mass, &self.damping, &self.stiffness].map(|full| match banded {

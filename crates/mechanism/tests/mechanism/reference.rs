@@ -12,7 +12,8 @@ use bristle_mechanism::{
 
 pub(crate) type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 pub(crate) const STIFFNESS: [[f64; 3]; 3] = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]];
-pub(crate) const ROWS: [[(usize, f64); 2]; 2] = [[(0, 1.0), (0, 0.0)], [(0, -1.0), (1, 1.0)]];
+pub(crate) type TwoRows = [[(usize, f64); 2]; 2];
+pub(crate) const ROWS: TwoRows = [[(0, 1.0), (0, 0.0)], [(0, -1.0), (1, 1.0)]];
 
 /// State at t = 20 s: x [m], v [m/s], z [m].
 const POSITION: [f64; 3] = [-0.22505770761, -0.29653210404, -0.46710691334];
@@ -64,7 +65,7 @@ pub(crate) fn dense<R: Rows<f64>>(rows: R) -> LinearMechanism<f64, R, Vec<f64>> 
     .unwrap()
 }
 
-pub(crate) fn chain() -> LinearMechanism<f64, [[(usize, f64); 2]; 2], Vec<f64>> {
+pub(crate) fn chain() -> LinearMechanism<f64, TwoRows, Vec<f64>> {
     let block = |wall: f64| Block {
         to_ground: Mechanism { mass: 1.0, spring_stiffness: wall, viscous_damping: 0.02 * wall },
         to_next: Coupling { stiffness: 1.0, damping: 0.02 },

@@ -6,13 +6,14 @@ use bristle_mechanism::{
     on_ground, to_next,
 };
 
-const NOTHING: [[(usize, f64); 1]; 0] = [];
+type NoRows = [[(usize, f64); 1]; 0];
+const NOTHING: NoRows = [];
 
 fn dense(
     mass: [f64; 4],
     damping: [f64; 4],
     stiffness: [f64; 4],
-) -> Result<LinearMechanism<f64, [[(usize, f64); 1]; 0], Vec<f64>>, ParameterError> {
+) -> Result<LinearMechanism<f64, NoRows, Vec<f64>>, ParameterError> {
     let structure = Structure::Dense;
     let matrices = Matrices { structure, mass: &mass, damping: &damping, stiffness: &stiffness };
     LinearMechanism::on_heap(&matrices, NOTHING)
