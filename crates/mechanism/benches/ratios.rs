@@ -99,7 +99,7 @@ impl<R: Rows<f64>, S: AsRef<[f64]> + AsMut<[f64]>> Coupled<R, S> {
             position: vec![0.0; n],
             velocity: vec![velocity; n],
             force: vec![force; n],
-            companions: vec![companion; m],
+            companions: vec![companion],
             contacts: vec![ContactState::new(&companion, DEFLECTION); m],
         }
     }

@@ -80,10 +80,11 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
     fn freeze<M: Bristle<T, Deflection = D>>(
         &mut self,
         companion: &Companion<T, M>,
-        [without, prescribed, load, duration]: [T; 4],
+        [without, sliding, load, duration]: [T; 4],
     ) -> (T, T) {
+        let prescribed = sliding - without;
         let mut history = VelocityHistory::new(self.before.unwrap_or(without) + prescribed);
-        history.push(without + prescribed);
+        history.push(sliding);
         let (contact, predicted) = (companion.contact(), history.predict());
         let mut deflection = self.done.deflection;
         self.done.dissipated = T::zero();
@@ -131,7 +132,8 @@ where
     R: Rows<T>,
     S: AsRef<[T]> + AsMut<[T]>,
 {
-    /// A step of length h ≥ 0 \[s\], with a companion and a state for each contact. NaN for h < 0.
+    /// A step of length h ≥ 0 \[s\], with a state for each contact and a companion for each, or one
+    /// for all. NaN for h < 0.
     ///
     /// Each sliding velocity is extrapolated from the last two, as by a [`VelocityHistory`]: take
     /// steps of equal length, or call [`ContactState::forget_velocity`] where it changes. Another
@@ -153,7 +155,9 @@ where
     ) -> Result<(), ParameterError> {
         let count = self.rows.contacts();
         self.check_motion(inputs.force, &motion)?;
-        check_count::<T>("companions", companions.len(), count)?;
+        if companions.len() != 1 {
+            check_count::<T>("companions", companions.len(), count)?;
+        }
         check_count::<T>("contact states", contacts.len(), count)?;
         if !inputs.prescribed.is_empty() {
             check_length("prescribed velocities", inputs.prescribed, count)?;
@@ -161,7 +165,9 @@ where
         if !inputs.load.is_empty() {
             check_length("loads", inputs.load, count)?;
         }
-        for (index, (&load, companion)) in inputs.load.iter().zip(companions).enumerate() {
+        for (index, (&load, companion)) in
+            inputs.load.iter().zip(companions.iter().cycle()).enumerate()
+        {
             let load = Named("load", load);
             ParameterError::of_component(index, load.non_negative())?;
             let held = is_zero(load.1) || companion.contact().normal_force() > T::zero();
@@ -171,14 +177,13 @@ where
         let (structure, duration) = (self.structure, forwards(duration));
         let (rows, mut parts) = self.prepared(duration);
         let room = parts.bias.iter_mut().zip(&mut *parts.dampers).zip(&mut *parts.sliding);
-        let states = contacts.iter_mut().zip(companions);
+        let states = contacts.iter_mut().zip(companions.iter().cycle());
         for (k, (((bias, damper), sliding), (state, companion))) in room.zip(states).enumerate() {
             let without = crate::rows::along(rows.row(k), motion.velocity);
-            let prescribed = inputs.prescribed.get(k).copied().unwrap_or_else(T::zero);
+            *sliding = inputs.prescribed.get(k).map_or(without, |&belt| without + belt);
             let load = inputs.load.get(k).copied().unwrap_or(state.load);
-            let step = [without, prescribed, load, duration];
+            let step = [without, *sliding, load, duration];
             (*bias, *damper) = state.freeze(companion, step);
-            *sliding = without + prescribed;
         }
         parts.solve(structure, duration, inputs.force, motion, rows);
         for (state, &mean) in contacts.iter_mut().zip(&*parts.sliding) {

@@ -73,6 +73,9 @@ fn borders_are_accepted() {
     let motion = Motion { position: &mut x, velocity: &mut v };
     free.step::<Dahl<f64>>(0.5, &Inputs::force(&[0.0, 1.0]), motion, &[], &mut []).unwrap();
     assert_eq!((x, v), ([0.5, 1.125], [1.0, 2.5]));
+    let motion = Motion { position: &mut x, velocity: &mut v };
+    free.step::<Dahl<f64>>(-0.5, &Inputs::force(&[0.0, 1.0]), motion, &[], &mut []).unwrap();
+    assert!(x.iter().chain(&v).all(|x| x.is_nan()));
 }
 
 #[test]

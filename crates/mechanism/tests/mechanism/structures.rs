@@ -3,7 +3,7 @@
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::{Bristle, Dahl, DahlParameters, Scalar, paper};
+use bristle::{Bristle, Dahl, DahlParameters, ElastoPlastic, Scalar, paper};
 use bristle_mechanism::{
     ContactState, Inputs, LinearMechanism, Matrices, Motion, Sources, Structure,
 };
@@ -109,7 +109,8 @@ fn random_bands_move_as_full_matrices() {
     }
 }
 
-/// With one mass and one contact it is the step of a point mass, in either scalar type.
+/// With one mass and one contact it is the step of a point mass under a load that varies, in either
+/// scalar type.
 #[test]
 fn one_contact_on_one_mass_is_a_point_mass() {
     fn off<T: Scalar>() -> T {
@@ -117,6 +118,7 @@ fn one_contact_on_one_mass_is_a_point_mass() {
         let parameters = DahlParameters { dynamic_coefficient: t(0.5), micro_stiffness: t(1000.0) };
         let friction = Dahl::new(parameters).unwrap().under_load(t(2.0)).unwrap();
         let companion = friction.companion(t(1.0)).unwrap();
+        let mut reloaded = companion;
         let (mass, h) = ([t(1.5)], t(0.01));
         let matrices =
             Matrices { structure: Structure::Diagonal, mass: &mass, damping: &[], stiffness: &[] };
@@ -126,21 +128,25 @@ fn one_contact_on_one_mass_is_a_point_mass() {
         let (mut x, mut v) = ([T::zero()], [t(0.3)]);
         let mut contacts = [ContactState::new(&companion, T::zero())];
         let (mut velocity, mut z) = (v[0], T::zero());
-        let (mut history, mut most) = (VelocityHistory::new(velocity), T::zero());
+        let mut history = VelocityHistory::new(velocity);
+        let (mut most, mut slipped) = (T::zero(), T::zero());
         for n in 0..300 {
             let force = t((0.05 * f64::from(n)).sin() * 1.6);
-            let step = companion.step(history.predict(), z, h);
+            let load = t(1.8 + 1.5 * (0.3 * f64::from(n)).cos());
+            let left = reloaded.reload(load, history.predict(), z).unwrap();
+            slipped += left.dissipated;
+            let step = reloaded.step(history.predict(), left.deflection, h);
             let mass = PointMass { mass: mass[0], velocity, force, end_weight: t(0.5) };
             let mean = step.point_mass(mass);
             (velocity, z) = (t(2.0) * mean - velocity, step.commit(mean).deflection);
             history.push(velocity);
             let motion = Motion { position: &mut x, velocity: &mut v };
-            let force = [force];
-            let inputs = Inputs::force(&force);
+            let (force, load) = ([force], [load]);
+            let inputs = Inputs { load: &load, ..Inputs::force(&force) };
             mechanism.step(h, &inputs, motion, &[companion], &mut contacts).unwrap();
             most = most.larger((v[0] - velocity).abs());
         }
-        assert!(velocity.abs() > t(1e-3));
+        assert!(velocity.abs() > t(1e-3) && slipped > t(1e-6));
         most / T::default_epsilon()
     }
     // Some roundings of 0.3 m/s a step, which friction forgets.
@@ -237,4 +243,34 @@ fn steps_of_any_length_do_not_allocate() {
         assert!(full.iter().zip(band).all(|(a, b)| (a - b).abs() < 1e-14)); // 1 m/s
     }
     assert!((ends[0][0][2] - ends[1][0][2]).abs() > 0.01, "{ends:?}");
+}
+
+/// The deflection in the middle of a step is predicted, too, for models that switch with it.
+#[test]
+fn an_elasto_plastic_contact_is_of_second_order() {
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let friction = ElastoPlastic::new(curve, bristle, 3e-5).unwrap().under_load(1.0).unwrap();
+    let companion = friction.companion(1.0).unwrap();
+    let matrices = Matrices {
+        structure: Structure::Diagonal,
+        mass: &[1.0],
+        damping: &[],
+        stiffness: &[100.0],
+    };
+    let end = |steps: u32| {
+        let mut mechanism = LinearMechanism::on_heap(&matrices, [[(0, 1.0)]]).unwrap();
+        let (mut x, mut v) = ([0.0], [0.3]);
+        let (mut contacts, h) = ([ContactState::new(&companion, 0.0)], 0.05 / f64::from(steps));
+        for _ in 0..steps {
+            let motion = Motion { position: &mut x, velocity: &mut v };
+            let inputs = Inputs::force(&[0.0]);
+            mechanism.step(h, &inputs, motion, &[companion], &mut contacts).unwrap();
+        }
+        v[0]
+    };
+    // Steps of 0.8 ms and shorter resolve the bristle, which yields after 0.1 ms.
+    let errors = [64, 256].map(|steps| (end(steps) - end(65_536)).abs());
+    let order = (errors[0] / errors[1]).log(4.0);
+    assert!(order > 1.7, "{order} {errors:?}");
 }
