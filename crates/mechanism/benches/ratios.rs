@@ -9,7 +9,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use bristle::companion::{Companion, PointMass, VelocityHistory};
+use bristle::companion::{Companion, CompletedStep, PointMass, VelocityHistory};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::{Bristle, FrBd, Mechanism, ParameterError, paper};
@@ -37,11 +37,11 @@ impl Best {
     }
 }
 
-/// Independent masses with a contact each: today's steps.
+/// Independent masses with a contact each, and the account of its step.
 struct Alone {
     companion: Companion<f64, Friction>,
     velocities: Vec<f64>,
-    deflections: Vec<f64>,
+    accounts: Vec<CompletedStep<f64>>,
     histories: Vec<VelocityHistory<f64>>,
 }
 
@@ -51,8 +51,10 @@ const DEFLECTION: f64 = 1.25e-4;
 impl Alone {
     fn new(companion: Companion<f64, Friction>, count: usize) -> Self {
         let histories = vec![VelocityHistory::new(SPEED); count];
-        let (velocities, deflections) = (vec![SPEED; count], vec![DEFLECTION; count]);
-        Self { companion, velocities, deflections, histories }
+        let account = companion.step(SPEED, DEFLECTION, STEP).commit(SPEED);
+        let account = CompletedStep { deflection: DEFLECTION, ..account };
+        let (velocities, accounts) = (vec![SPEED; count], vec![account; count]);
+        Self { companion, velocities, accounts, histories }
     }
 
     fn reset(&mut self) {
@@ -60,16 +62,16 @@ impl Alone {
     }
 
     fn step(&mut self) {
-        let masses = self.velocities.iter_mut().zip(&mut self.deflections).zip(&mut self.histories);
-        for ((velocity, deflection), history) in masses {
-            let step = self.companion.step(history.predict(), *deflection, STEP);
+        let masses = self.velocities.iter_mut().zip(&mut self.accounts).zip(&mut self.histories);
+        for ((velocity, account), history) in masses {
+            let step = self.companion.step(history.predict(), account.deflection, STEP);
             let mean = step.point_mass(PointMass {
                 mass: 1.0,
                 velocity: *velocity,
                 force: FORCE,
                 end_weight: 0.5,
             });
-            *deflection = step.commit(mean).deflection;
+            *account = step.commit(mean);
             *velocity = 2.0 * mean - *velocity;
             history.push(*velocity);
         }

@@ -20,32 +20,38 @@ pub(crate) fn place(width: usize, i: usize, j: usize) -> usize {
     width.wrapping_mul(i.wrapping_add(1)).wrapping_sub(1 + (i - j))
 }
 
-/// y ← y − A x.
+/// y ← y − A x − B u, both of one width.
 #[inline(always)]
-pub(crate) fn subtract_product<T: Scalar>(width: usize, matrix: &[T], x: &[T], y: &mut [T]) {
+pub(crate) fn subtract_products<T: Scalar>(
+    width: usize,
+    [a, b]: [&[T]; 2],
+    [x, u]: [&[T]; 2],
+    y: &mut [T],
+) {
     match width {
         1 => {
-            for ((y, &a), &x) in y.iter_mut().zip(matrix).zip(x) {
-                *y -= a * x;
+            let terms = a.iter().zip(x).zip(b.iter().zip(u));
+            for (y, ((&a, &x), (&b, &u))) in y.iter_mut().zip(terms) {
+                *y -= a * x + b * u;
             }
         }
-        2 => subtract_wide(2, matrix, x, y),
-        _ => subtract_wide(width, matrix, x, y),
+        2 => subtract_wide(2, [a, b], [x, u], y),
+        _ => subtract_wide(width, [a, b], [x, u], y),
     }
 }
 
 #[inline(always)]
-fn subtract_wide<T: Scalar>(width: usize, matrix: &[T], x: &[T], y: &mut [T]) {
+fn subtract_wide<T: Scalar>(width: usize, [a, b]: [&[T]; 2], [x, u]: [&[T]; 2], y: &mut [T]) {
     let reach = width - 1;
-    for (i, row) in matrix.chunks_exact(width).enumerate() {
-        let first = i.saturating_sub(reach);
+    for (i, rows) in a.chunks_exact(width).zip(b.chunks_exact(width)).enumerate() {
+        let (first, here) = (i.saturating_sub(reach), [x[i], u[i]]);
         let (above, from) = y.split_at_mut(i);
-        let mut sum = row[reach] * x[i];
-        for ((y, &a), &before) in
-            above[first..].iter_mut().zip(&row[first + reach - i..]).zip(&x[first..])
-        {
-            sum += a * before;
-            *y -= a * x[i];
+        let mut sum = rows.0[reach] * here[0] + rows.1[reach] * here[1];
+        let entries = rows.0[first + reach - i..].iter().zip(&rows.1[first + reach - i..]);
+        let before = x[first..i].iter().zip(&u[first..i]);
+        for ((y, (&a, &b)), (&x, &u)) in above[first..].iter_mut().zip(entries).zip(before) {
+            sum += a * x + b * u;
+            *y -= a * here[0] + b * here[1];
         }
         from[0] -= sum;
     }
@@ -171,9 +177,10 @@ pub(crate) fn eliminate<T: Scalar>(matrix: &mut [T], x: &mut [T]) {
     for k in 0..size {
         let (above, below) = matrix.split_at_mut((k + 1) * size);
         let pivot_row = &above[k * size..];
-        let reciprocal = T::one() / pivot_row[k];
-        for (row, i) in below.chunks_exact_mut(size).zip(k + 1..) {
-            let factor = row[k] * reciprocal;
+        // No chunks: their count would be an integer division.
+        for i in k + 1..size {
+            let row = &mut below[(i - k - 1) * size..][..size];
+            let factor = row[k] / pivot_row[k];
             if !is_zero(factor) {
                 for (a, &b) in row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]) {
                     *a -= factor * b;
@@ -182,7 +189,8 @@ pub(crate) fn eliminate<T: Scalar>(matrix: &mut [T], x: &mut [T]) {
             }
         }
     }
-    for (k, row) in matrix.chunks_exact(size.max(1)).enumerate().rev() {
+    for k in (0..size).rev() {
+        let row = &matrix[k * size..][..size];
         let known = dot(&row[k + 1..], &x[k + 1..]);
         x[k] = (x[k] - known) / row[k];
     }

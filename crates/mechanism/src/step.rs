@@ -138,8 +138,8 @@ impl<T: Scalar> Parts<'_, T> {
             *middle = x + half * v;
         }
         self.acceleration.copy_from_slice(force);
-        band::subtract_product(width, self.stiffness, middle, self.acceleration);
-        band::subtract_product(width, self.damping, velocity, self.acceleration);
+        let matrices = [&*self.stiffness, &*self.damping];
+        band::subtract_products(width, matrices, [middle, velocity], self.acceleration);
         if structure.is_reduced() {
             self.solve_contacts(width, half, rows);
         } else {
@@ -204,9 +204,9 @@ impl<T: Scalar> Parts<'_, T> {
         }
         band::eliminate(self.system, self.sliding);
         let forces = self.bias.iter().zip(&*self.dampers).zip(&*self.sliding);
-        let responses = self.responses.chunks_exact(self.acceleration.len());
-        for (((&bias, &damper), &sliding), response) in forces.zip(responses) {
+        for (contact, ((&bias, &damper), &sliding)) in forces.enumerate() {
             let force = bias + damper * sliding;
+            let response = &self.responses[contact * self.acceleration.len()..];
             for (a, &b) in self.acceleration.iter_mut().zip(response) {
                 *a -= b * force;
             }
@@ -220,7 +220,7 @@ impl<T: Scalar> Parts<'_, T> {
         for (contact, &sliding) in self.sliding.iter().enumerate() {
             let (row, damper) = (rows.row(contact), self.dampers[contact]);
             let (force, damper) = (self.bias[contact] + damper * sliding, half * damper);
-            for (k, &(i, factor)) in row.iter().enumerate() {
+            for (k, &(i, factor)) in row.iter().enumerate().filter(|(_, pair)| !is_zero(pair.1)) {
                 if let Some(a) = self.acceleration.get_mut(i) {
                     *a -= factor * force;
                 }
