@@ -1,5 +1,5 @@
-//! What a step of a mechanism costs beside the companion steps of its contacts alone, all within one
-//! run: `cargo bench -p bristle-mechanism --bench ratios`.
+//! What a step of a mechanism costs beside the companion steps of its contacts alone, all within
+//! one run: `cargo bench -p bristle-mechanism --bench ratios`.
 //!
 //! Friction is that of the paper's Table 2, sliding in the middle of the Stribeck range where the
 //! curve needs its exponential. Of a contact and its mass alone each step waits for the one before;

@@ -1,9 +1,10 @@
 //! A Burridge–Knopoff chain: blocks in a row, dragged by springs over a rough floor, that stick and
 //! slip in avalanches of every size.
 //!
-//! Each block has 1 kg under 0.9 to 1.1 N, a spring of 1 N/m to a driver that moves at V, and springs
-//! of κ to its neighbours. Coordinates count from the driver, so that the floor is a belt of velocity −V
-//! under the blocks: no force is applied, and all energy comes in through the friction.
+//! Each block has 1 kg under 0.9 to 1.1 N, a spring of 1 N/m to a driver that moves at V, and
+//! springs of κ to its neighbours. Coordinates count from the driver, so that the floor is a belt
+//! of velocity −V under the blocks: no force is applied, and all energy comes in through the
+//! friction.
 //!
 //! An avalanche begins where the first block slides faster than 20 V and ends where the last one
 //! stops; its size is the sum of the ways that all blocks have slid. The first quarter of the time

@@ -1,8 +1,8 @@
 //! Symmetric band matrices: products, and L D Lᵀ in place.
 //!
-//! A matrix of half-width b is stored row by row, of row i the entries of columns i − b … i, so that
-//! the diagonal is last: b = 0 is a diagonal matrix, b = n − 1 a dense one. Entries before column 0
-//! are never read.
+//! A matrix of half-width b is stored row by row, of row i the entries of columns i − b … i, so
+//! that the diagonal is last: b = 0 is a diagonal matrix, b = n − 1 a dense one. Entries before
+//! column 0 are never read.
 
 use bristle::Scalar;
 use bristle::scalar::is_zero;
@@ -69,8 +69,8 @@ pub(crate) fn quadratic<T: Scalar>(width: usize, matrix: &[T], x: &[T]) -> T {
     total
 }
 
-/// A = L D Lᵀ in place, L with a unit diagonal, 1/D on the diagonal. Each row is handed out as it is
-/// finished: its number, the row of L D (the pivot last), and 1/pivot.
+/// A = L D Lᵀ in place, L with a unit diagonal, 1/D on the diagonal. Each row is handed out as it
+/// is finished: its number, the row of L D (the pivot last), and 1/pivot.
 #[inline(always)]
 fn factor_wide<T: Scalar>(width: usize, matrix: &mut [T], mut done: impl FnMut(usize, &[T], T)) {
     let reach = width - 1;

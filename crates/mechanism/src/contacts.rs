@@ -74,8 +74,8 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         self.before = None;
     }
 
-    /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated to its middle; the load
-    /// has been checked.
+    /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated
+    /// to its middle; the load has been checked.
     #[inline(always)]
     fn freeze<M: Bristle<T, Deflection = D>>(
         &mut self,

@@ -40,8 +40,8 @@
 //!
 //! for every h, every prediction and every number of contacts; the second for models whose
 //! [companion step is passive](bristle::companion::CompanionStep::is_passive). With matrices that
-//! [change](LinearMechanism::change) from step to step, as M(q) of an arm, the second stays, and the
-//! total closes to O(h²). Passive is not accurate; the order is two.
+//! [change](LinearMechanism::change) from step to step, as M(q) of an arm, the second stays, and
+//! the total closes to O(h²). Passive is not accurate; the order is two.
 //!
 //! Source: the companion form of Romano et al. (arXiv 2602.09429), see [`bristle::companion`]; the
 //! reduction to the contacts is the Woodbury identity.

@@ -18,8 +18,8 @@ pub enum Structure {
     /// contacts.
     Diagonal,
     /// n (b + 1) entries, row by row, of row i those of columns i − b … i (those before column 0 do
-    /// not count): bodies in a row. A step solves the whole, in a time that grows as n b². A contact
-    /// must lie within b coordinates.
+    /// not count): bodies in a row. A step solves the whole, in a time that grows as n b². A
+    /// contact must lie within b coordinates.
     Banded {
         /// Half-width b: entries farther than that from the diagonal are zero.
         half_bandwidth: usize,
@@ -193,9 +193,10 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses matrices without coordinates, of lengths that do not fit, not finite or not symmetric
-    /// (up to rounding); M that is not positive definite; C and K that have a negative eigenvalue;
-    /// a contact on nothing, or in a band on coordinates too far apart; a storage that is too small.
+    /// Refuses matrices without coordinates, of lengths that do not fit, not finite or not
+    /// symmetric (up to rounding); M that is not positive definite; C and K that have a negative
+    /// eigenvalue; a contact on nothing, or in a band on coordinates too far apart; a storage that
+    /// is too small.
     pub fn new(matrices: &Matrices<'_, T>, rows: R, storage: S) -> Result<Self, ParameterError> {
         let coordinates = matrices.coordinates()?;
         Self::of_entries(matrices.structure, coordinates, &(matrices, coordinates), rows, storage)
@@ -216,8 +217,8 @@ where
         Ok(mechanism)
     }
 
-    /// Takes other matrices of the same structure and size, and other rows of as many contacts: M(q)
-    /// and W(q) of a mechanism whose geometry changes, before each step. A is factored anew.
+    /// Takes other matrices of the same structure and size, and other rows of as many contacts:
+    /// M(q) and W(q) of a mechanism whose geometry changes, before each step. A is factored anew.
     ///
     /// # Errors
     ///
@@ -307,7 +308,8 @@ where
         &self.rows
     }
 
-    /// E = ½ vᵀ M v + ½ xᵀ K x \[J\], without that of the bristles. NaN for slices of other lengths.
+    /// E = ½ vᵀ M v + ½ xᵀ K x \[J\], without that of the bristles. NaN for slices of other
+    /// lengths.
     pub fn energy(&self, position: &[T], velocity: &[T]) -> T {
         lit::<T>(0.5) * (self.form(0, velocity) + self.form(2, position))
     }
@@ -329,8 +331,8 @@ where
 
 #[cfg(feature = "alloc")]
 impl<T: Scalar, R: Rows<T>> LinearMechanism<T, R, alloc::vec::Vec<T>> {
-    /// As [`LinearMechanism::new`], with a storage on the heap, for sizes known at run time. Steps do
-    /// not allocate.
+    /// As [`LinearMechanism::new`], with a storage on the heap, for sizes known at run time. Steps
+    /// do not allocate.
     ///
     /// # Errors
     ///

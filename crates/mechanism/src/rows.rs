@@ -6,7 +6,7 @@ use bristle::scalar::lit;
 
 /// The contacts of a mechanism: of each the coordinates that move it, and their factors.
 ///
-/// s = Σ factor · v[coordinate]. Arrays, slices and vectors of such pairs serve:
+/// s = Σ factor · v of each coordinate. Arrays, slices and vectors of such pairs serve:
 ///
 /// ```
 /// use bristle_mechanism::Rows;
@@ -18,7 +18,8 @@ pub trait Rows<T> {
     /// The number of contacts.
     fn contacts(&self) -> usize;
 
-    /// The coordinates that move a contact, and their factors; none for a contact that is not there.
+    /// The coordinates that move a contact, and their factors; none for a contact that is not
+    /// there.
     fn row(&self, contact: usize) -> &[(usize, T)];
 }
 
@@ -65,8 +66,8 @@ pub(crate) fn along<T: Scalar>(row: &[(usize, T)], x: &[T]) -> T {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// Refuses a contact on nothing, on a coordinate that is not there, and factors that are not finite.
-/// With a half-width, two coordinates that lie farther apart.
+/// Refuses a contact on nothing, on a coordinate that is not there, and factors that are not
+/// finite. With a half-width, two coordinates that lie farther apart.
 pub(crate) fn check<T: Scalar>(
     rows: &impl Rows<T>,
     coordinates: usize,

@@ -16,8 +16,8 @@ pub struct Motion<'a, T> {
     pub velocity: &'a mut [T],
 }
 
-/// What stands for friction over a step, F̄ = bias + damping · s̄, of contacts of your own: one of a
-/// plane has a row for each axis, for instance.
+/// What stands for friction over a step, F̄ = bias + damping · s̄, of contacts of your own: one of
+/// a plane has a row for each axis, for instance.
 #[derive(Debug, PartialEq)]
 pub struct Sources<'a, T> {
     /// Mean friction force \[N\] of each row if its mean sliding velocity is zero.

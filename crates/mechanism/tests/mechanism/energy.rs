@@ -179,8 +179,8 @@ fn no_random_mechanism_makes_energy() {
             terms += h * size(&random.damping, &v) + h * h * size(&random.stiffness, &v);
             terms += h * (0..n).map(|i| (force[i] * v[i]).abs()).sum::<f64>();
             let off = (mechanism.energy(&position, &velocity) - e0 - given).abs();
-            // In a band, s̄ is W v̄ to roundings of v̄, which a stuck contact of up to P (K h/2 + K^½)
-            // multiplies.
+            // In a band, s̄ is W v̄ to roundings of v̄, which a stuck contact of up to P (K h/2 +
+            // K^½) multiplies.
             if banded {
                 let stuck = |k: usize| {
                     let contact = random.companions[k].contact();
@@ -191,9 +191,9 @@ fn no_random_mechanism_makes_energy() {
                 let square = |k: usize| moved(k).sum::<f64>().powi(2);
                 terms += h * (0..m).map(|k| stuck(k) * square(k)).sum::<f64>();
             }
-            // 20 coordinates and 12 contacts, with a few roundings each. Where A⁻¹ is applied to forces and contacts apart, its condition
-            // number multiplies the roundings, and they are those of the energies that force and
-            // friction would give without each other.
+            // 20 coordinates and 12 contacts, with a few roundings each. Where A⁻¹ is applied to
+            // forces and contacts apart, its condition number multiplies the roundings, and they
+            // are those of the energies that force and friction would give without each other.
             if !banded {
                 let free = pull.iter().enumerate().map(|(i, f)| f * f / random.mass[i * n + i]);
                 terms += h * h * free.sum::<f64>();

@@ -197,6 +197,28 @@ fn a_contact_in_a_plane_takes_a_row_for_each_axis() {
     assert!(velocity.norm() < 1e-3); // it came to rest
 }
 
+#[test]
+fn one_companion_serves_all_contacts() {
+    let friction = crate::reference::friction();
+    let ends = [&[friction] as &[_], &[friction; 2]].map(|companions| {
+        let mut contacts = [ContactState::new(&friction, 0.0); 2];
+        let (mut x, mut v) = ([0.1, 0.2, 0.3], [1.0, -1.0, 0.5]);
+        for _ in 0..10 {
+            let motion = Motion { position: &mut x, velocity: &mut v };
+            let inputs = Inputs::force(&[0.0; 3]);
+            chain().step(0.05, &inputs, motion, companions, &mut contacts).unwrap();
+        }
+        (x, v, contacts.map(|state| state.deflection()))
+    });
+    assert_eq!(ends[0], ends[1]);
+    let (x, v) = (&mut [0.0; 3], &mut [0.0; 3]);
+    let motion = Motion { position: x, velocity: v };
+    let mut contacts = [ContactState::new(&friction, 0.0); 2];
+    let inputs = Inputs::force(&[0.0; 3]);
+    let refused = chain().step(0.05, &inputs, motion, &[friction; 3], &mut contacts).unwrap_err();
+    assert_eq!(refused.to_string(), "there must be 2 companions, not 3");
+}
+
 /// Matrices that change are those of a new mechanism.
 #[test]
 fn a_mechanism_that_changes_is_a_new_one() {
