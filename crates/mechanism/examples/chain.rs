@@ -8,7 +8,7 @@
 //!
 //! An avalanche begins where the first block slides faster than 20 V and ends where the last one
 //! stops; its size is the sum of the ways that all blocks have slid. The first quarter of the time
-//! is not counted.
+//! is not counted. The motion is chaotic: other roundings give other avalanches, with like counts.
 //!
 //! Leaves `chain.csv` (the avalanches) and `chain.svg`. Prints their statistics and the energies.
 
@@ -263,7 +263,7 @@ impl Run {
                     .line("", Colour::Orange, &self.mean_force),
             )
             .panel(
-                Panel::new("size: sum of the ways of all blocks (m)", "avalanches so large")
+                Panel::new("size: sum of the ways of all blocks (m)", "avalanches ≥ size")
                     .title("sizes over counts")
                     .log_x()
                     .log_y()
