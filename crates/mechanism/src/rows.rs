@@ -6,7 +6,8 @@ use bristle::scalar::lit;
 
 /// The contacts of a mechanism: of each the coordinates that move it, and their factors.
 ///
-/// s = Σ factor · v of each coordinate. Arrays, slices and vectors of such pairs serve:
+/// s = Σ factor · v of each coordinate. Arrays, slices and vectors of such pairs
+/// serve. One of your own must give the same answers always:
 ///
 /// ```
 /// use bristle_mechanism::Rows;
