@@ -216,11 +216,12 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
-    /// The energy balance holds for every prediction.
+    /// The energy balance holds for every prediction. A [`Surface`] may stand for the velocity, as
+    /// in [`Companion::step`].
     #[inline(always)]
     pub fn step_about(
         &self,
-        prediction: Prediction<T, M::Deflection>,
+        prediction: Prediction<impl Into<Surface<T>>, M::Deflection>,
         deflection: M::Deflection,
         duration: T,
     ) -> CompanionStep<T, M::Deflection> {
@@ -308,9 +309,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
 
 /// The middle of a step, as predicted, where its coefficients are frozen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prediction<T, D = T> {
-    /// Velocity v\* [m/s].
-    pub velocity: T,
+pub struct Prediction<V, D = V> {
+    /// Velocity v\* [m/s], or a [`Surface`] with it.
+    pub velocity: V,
     /// Deflection z\* \[m\].
     pub deflection: D,
 }

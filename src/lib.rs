@@ -33,6 +33,7 @@
 //! | `bristle-rolling` | contact patches: tyres, rollers |
 //! | `bristle-joint` | friction of gears, motors, geared joints |
 //! | `bristle-memory` | loops within loops: guides, piezo stages, bolted joints |
+//! | `bristle-mechanism` | many contacts in one mechanism |
 //! | `bristle-batch` | many bristles at once |
 //! | `bristle-fidelity` | the cheapest model that a scene needs |
 //! | `bristle-identify` | parameters from logs |

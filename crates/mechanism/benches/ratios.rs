@@ -1,0 +1,180 @@
+//! What a step of a mechanism costs beside the companion steps of its contacts alone, all within
+//! one run: `cargo bench -p bristle-mechanism --bench ratios`.
+//!
+//! Friction is that of the paper's Table 2, sliding in the middle of the Stribeck range where the
+//! curve needs its exponential. Of a contact and its mass alone each step waits for the one before;
+//! contacts side by side do not wait for each other. Every line is the best of many rounds, and
+//! lines take turns, so that other load of the machine affects them alike.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use bristle::companion::{Companion, CompletedStep, PointMass, VelocityHistory};
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
+use bristle::{Bristle, FrBd, Mechanism, ParameterError, paper};
+use bristle_mechanism::{
+    Block, Chain, ContactState, Coupling, Inputs, LinearMechanism, Matrices, Motion, Rows,
+    Structure, on_ground,
+};
+
+type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
+const ROUNDS: usize = 1000;
+/// Length of a step [s], mean velocity [m/s] and force [N] that keeps it up.
+const STEP: f64 = 1e-3;
+const SPEED: f64 = 0.008;
+const FORCE: f64 = 1.2637;
+
+/// Nanoseconds of the best round so far.
+struct Best(f64);
+
+impl Best {
+    fn time(&mut self, steps: usize, mut work: impl FnMut()) {
+        let start = Instant::now();
+        (0..steps).for_each(|_| work());
+        self.0 = self.0.min(start.elapsed().as_secs_f64() * 1e9 / steps as f64);
+    }
+}
+
+/// Independent masses with a contact each, and the account of its step.
+struct Alone {
+    companion: Companion<f64, Friction>,
+    velocities: Vec<f64>,
+    accounts: Vec<CompletedStep<f64>>,
+    histories: Vec<VelocityHistory<f64>>,
+}
+
+/// Every round begins here, so that all stay where the curve needs its exponential.
+const DEFLECTION: f64 = 1.25e-4;
+
+impl Alone {
+    fn new(companion: Companion<f64, Friction>, count: usize) -> Self {
+        let histories = vec![VelocityHistory::new(SPEED); count];
+        let account = companion.step(SPEED, DEFLECTION, STEP).commit(SPEED);
+        let account = CompletedStep { deflection: DEFLECTION, ..account };
+        let (velocities, accounts) = (vec![SPEED; count], vec![account; count]);
+        Self { companion, velocities, accounts, histories }
+    }
+
+    fn reset(&mut self) {
+        *self = Self::new(self.companion, self.velocities.len());
+    }
+
+    fn step(&mut self) {
+        let masses = self.velocities.iter_mut().zip(&mut self.accounts).zip(&mut self.histories);
+        for ((velocity, account), history) in masses {
+            let step = self.companion.step(history.predict(), account.deflection, STEP);
+            let mean = step.point_mass(PointMass {
+                mass: 1.0,
+                velocity: *velocity,
+                force: FORCE,
+                end_weight: 0.5,
+            });
+            *account = step.commit(mean);
+            *velocity = 2.0 * mean - *velocity;
+            history.push(*velocity);
+        }
+    }
+}
+
+/// A mechanism and its state.
+struct Coupled<R, S> {
+    mechanism: LinearMechanism<f64, R, S>,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    force: Vec<f64>,
+    companions: Vec<Companion<f64, Friction>>,
+    contacts: Vec<ContactState<f64>>,
+}
+
+impl<R: Rows<f64>, S: AsRef<[f64]> + AsMut<[f64]>> Coupled<R, S> {
+    fn new(
+        mechanism: LinearMechanism<f64, R, S>,
+        companion: Companion<f64, Friction>,
+        velocity: f64,
+        force: f64,
+    ) -> Self {
+        let (n, m) = (mechanism.coordinates(), mechanism.rows().contacts());
+        Self {
+            mechanism,
+            position: vec![0.0; n],
+            velocity: vec![velocity; n],
+            force: vec![force; n],
+            companions: vec![companion],
+            contacts: vec![ContactState::new(&companion, DEFLECTION); m],
+        }
+    }
+
+    fn reset(&mut self, velocity: f64) {
+        self.position.fill(0.0);
+        self.velocity.fill(velocity);
+        self.contacts.fill(ContactState::new(&self.companions[0], DEFLECTION));
+    }
+
+    fn step(&mut self) {
+        let motion = Motion { position: &mut self.position, velocity: &mut self.velocity };
+        let inputs = Inputs::force(&self.force);
+        let done = self.mechanism.step(STEP, &inputs, motion, &self.companions, &mut self.contacts);
+        black_box(done.is_ok());
+    }
+}
+
+fn main() -> Result<(), ParameterError> {
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+    let companion = FrBd::new(curve, bristle).under_load(1.0)?.companion(1.0)?;
+
+    let matrices =
+        Matrices { structure: Structure::Dense, mass: &[1.0], damping: &[], stiffness: &[] };
+    let storage = [0.0; Structure::Dense.storage(1, 1)];
+    let one = LinearMechanism::new(&matrices, [[(0, 1.0)]], storage)?;
+    let (mut one, mut alone) =
+        (Coupled::new(one, companion, SPEED, FORCE), Alone::new(companion, 1));
+
+    let block = Block {
+        to_ground: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+        to_next: Coupling { stiffness: 100.0, damping: 0.1 },
+    };
+    let rows: Vec<_> = (0..1000).map(on_ground).collect();
+    let chain = Chain { blocks: &[block; 1000] }.on_heap(rows)?;
+    let mut chain = Coupled::new(chain, companion, SPEED, FORCE);
+    let mut blocks = Alone::new(companion, 1000);
+
+    // A string of 100 modes, bowed at a seventh of its length.
+    let modes: Vec<f64> = (1..=100).map(f64::from).collect();
+    let stiffness: Vec<f64> = modes.iter().map(|n| (30.0 * n).powi(2)).collect();
+    let damping: Vec<f64> = modes.iter().map(|n| 0.2 + 0.01 * n).collect();
+    let shape = |n: &f64| (n * std::f64::consts::PI / 7.0).sin();
+    let row: Vec<_> = modes.iter().map(shape).enumerate().collect();
+    let matrices = Matrices {
+        structure: Structure::Diagonal,
+        mass: &[1.0; 100],
+        damping: &damping,
+        stiffness: &stiffness,
+    };
+    let string = LinearMechanism::on_heap(&matrices, [row])?;
+    let mut string = Coupled::new(string, companion, 1e-3, 0.0);
+
+    let mut best = [(); 5].map(|()| Best(f64::INFINITY));
+    for _ in 0..ROUNDS {
+        alone.reset();
+        best[0].time(200, || alone.step());
+        one.reset(SPEED);
+        best[1].time(200, || one.step());
+        blocks.reset();
+        best[2].time(5, || blocks.step());
+        chain.reset(SPEED);
+        best[3].time(5, || chain.step());
+        string.reset(1e-3);
+        best[4].time(100, || string.step());
+    }
+    let [alone, one, blocks, chain, string] = best.map(|best| best.0);
+    println!("                                             ns a step   ratio");
+    println!("mass and contact alone                       {alone:9.1}");
+    println!("the same as a mechanism                      {one:9.1}   {:5.2}", one / alone);
+    println!("1000 masses and contacts alone               {blocks:9.1}");
+    println!("1000 blocks in a chain                       {chain:9.1}   {:5.2}", chain / blocks);
+    println!("100 modes, one contact                       {string:9.1}   {:5.2}", string / alone);
+    Ok(())
+}

@@ -1,0 +1,194 @@
+//! Contacts of one axis in a step of the mechanism: predictor, load, companion and ledger.
+
+use crate::mechanism::LinearMechanism;
+use crate::rows::Rows;
+use crate::step::{Motion, check_count, check_length, forwards};
+use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
+use bristle::parameter::{Named, ParameterError};
+use bristle::rheology::Deflection;
+use bristle::scalar::{is_zero, lit};
+use bristle::{Bristle, Form, LoadChange, Scalar, Surface};
+
+/// What acts on a mechanism during a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inputs<'a, T> {
+    /// Force f̄ \[N\] on each coordinate, averaged over the step: that at its middle is of second
+    /// order.
+    pub force: &'a [T],
+    /// Prescribed part w of each contact's sliding velocity [m/s] at the middle of the step: minus
+    /// the velocity of a belt. Empty for none.
+    pub prescribed: &'a [T],
+    /// Normal force p \[N\] of each contact at the middle of the step, zero or positive. Empty: it
+    /// stays.
+    pub load: &'a [T],
+}
+
+impl<'a, T> Inputs<'a, T> {
+    /// Forces alone: no belt, and loads that stay.
+    pub fn force(force: &'a [T]) -> Self {
+        Self { force, prescribed: &[], load: &[] }
+    }
+}
+
+/// What a contact keeps from step to step, and the account of its last step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactState<T: Scalar, D: Deflection<T> = T> {
+    load: T,
+    /// W v at the beginning of the last step.
+    before: Option<T>,
+    done: CompletedStep<T, D>,
+    /// The step between prediction and commitment.
+    frozen: Option<CompanionStep<T, D>>,
+}
+
+impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
+    /// A contact under the normal force of its companion, with a deflection \[m\], before its first
+    /// step.
+    pub fn new<M: Bristle<T, Deflection = D>>(companion: &Companion<T, M>, deflection: D) -> Self {
+        let [force, work, stored, dissipated] = [T::zero(); 4];
+        let done = CompletedStep { deflection, force, work, stored, dissipated };
+        Self { load: companion.contact().normal_force(), before: None, done, frozen: None }
+    }
+
+    /// Deflection z \[m\].
+    #[inline]
+    pub fn deflection(&self) -> D {
+        self.done.deflection
+    }
+
+    /// Normal force p \[N\] at the middle of the last step.
+    #[inline]
+    pub fn load(&self) -> T {
+        self.load
+    }
+
+    /// What the friction has done in the last step: mean force, work, stored and dissipated energy.
+    /// The energy that a falling load has set free is in the account.
+    #[inline]
+    pub fn last_step(&self) -> &CompletedStep<T, D> {
+        &self.done
+    }
+
+    /// Forgets the velocities before: after an impact, or any other jump of a velocity.
+    pub fn forget_velocity(&mut self) {
+        self.before = None;
+    }
+
+    /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated
+    /// to its middle; the load has been checked.
+    #[inline(always)]
+    fn freeze<M: Bristle<T, Deflection = D>>(
+        &mut self,
+        companion: &Companion<T, M>,
+        [without, sliding, load, duration]: [T; 4],
+    ) -> (T, T) {
+        let prescribed = sliding - without;
+        let mut history = VelocityHistory::new(self.before.unwrap_or(without) + prescribed);
+        history.push(sliding);
+        let (contact, predicted) = (companion.contact(), history.predict());
+        let mut deflection = self.done.deflection;
+        self.done.dissipated = T::zero();
+        if load != self.load {
+            let change = LoadChange { before: self.load, after: load };
+            let reloaded = contact.reloaded(change, predicted, deflection);
+            (deflection, self.done.dissipated) = (reloaded.deflection, reloaded.dissipated);
+        }
+        let rescaled = load != contact.normal_force();
+        let scale = if rescaled { load / contact.normal_force() } else { T::one() };
+        let surface = Surface::scaled(predicted, scale);
+        let step = if contact.model().form() == Form::OfVelocity {
+            companion.step(surface, deflection, duration)
+        } else {
+            let (half, on) = (duration * lit(0.5), contact.surface(surface));
+            let middle = if is_zero(load) {
+                deflection
+            } else {
+                contact.model().hold(on, deflection, half).deflection
+            };
+            let prediction = Prediction { velocity: surface, deflection: middle };
+            companion.step_about(prediction, deflection, duration)
+        };
+        (self.before, self.load) = (Some(without), load);
+        let sources = (step.bias(), step.damping());
+        self.frozen = Some(step);
+        sources
+    }
+
+    /// Ends the step at the mean sliding velocity that was found.
+    #[inline(always)]
+    fn commit(&mut self, mean_sliding: T) {
+        if let Some(step) = &self.frozen {
+            let slipped = self.done.dissipated;
+            self.done = step.commit(mean_sliding);
+            self.done.stored -= slipped;
+            self.done.dissipated += slipped;
+        }
+    }
+}
+
+impl<T, R, S> LinearMechanism<T, R, S>
+where
+    T: Scalar,
+    R: Rows<T>,
+    S: AsRef<[T]> + AsMut<[T]>,
+{
+    /// A step of length h ≥ 0 \[s\], with a state for each contact and a companion for each, or one
+    /// for all. NaN for h < 0.
+    ///
+    /// Each sliding velocity is extrapolated from the last two, as by a [`VelocityHistory`]: take
+    /// steps of equal length, or call [`ContactState::forget_velocity`] where it changes. Another
+    /// length than that of the step before also factors A anew.
+    ///
+    /// A load is taken as by [`Companion::reload`]. Build companions under a load that is positive.
+    ///
+    /// # Errors
+    ///
+    /// Refuses slices of lengths that do not fit, a load that is negative or not finite, and a
+    /// positive one on a contact that was built without; nothing has moved.
+    pub fn step<M: Bristle<T>>(
+        &mut self,
+        duration: T,
+        inputs: &Inputs<'_, T>,
+        motion: Motion<'_, T>,
+        companions: &[Companion<T, M>],
+        contacts: &mut [ContactState<T, M::Deflection>],
+    ) -> Result<(), ParameterError> {
+        let count = self.rows.contacts();
+        self.check_motion(inputs.force, &motion)?;
+        if companions.len() != 1 {
+            check_count::<T>("companions", companions.len(), count)?;
+        }
+        check_count::<T>("contact states", contacts.len(), count)?;
+        if !inputs.prescribed.is_empty() {
+            check_length("prescribed velocities", inputs.prescribed, count)?;
+        }
+        if !inputs.load.is_empty() {
+            check_length("loads", inputs.load, count)?;
+        }
+        for (index, (&load, companion)) in
+            inputs.load.iter().zip(companions.iter().cycle()).enumerate()
+        {
+            let load = Named("load", load);
+            ParameterError::of_component(index, load.non_negative())?;
+            let held = is_zero(load.1) || companion.contact().normal_force() > T::zero();
+            let stated = load.stated(held, "be zero: the contact was built without a load");
+            ParameterError::of_component(index, stated)?;
+        }
+        let (structure, duration) = (self.structure, forwards(duration));
+        let (rows, mut parts) = self.prepared(duration);
+        let room = parts.bias.iter_mut().zip(&mut *parts.dampers).zip(&mut *parts.sliding);
+        let states = contacts.iter_mut().zip(companions.iter().cycle());
+        for (k, (((bias, damper), sliding), (state, companion))) in room.zip(states).enumerate() {
+            let without = crate::rows::along(rows.row(k), motion.velocity);
+            *sliding = inputs.prescribed.get(k).map_or(without, |&belt| without + belt);
+            let load = inputs.load.get(k).copied().unwrap_or(state.load);
+            let step = [without, *sliding, load, duration];
+            (*bias, *damper) = state.freeze(companion, step);
+        }
+        parts.solve(structure, duration, inputs.force, motion, rows);
+        for (state, &mean) in contacts.iter_mut().zip(&*parts.sliding) {
+            state.commit(mean);
+        }
+        Ok(())
+    }
+}
