@@ -11,8 +11,7 @@ use bristle::ode::{DormandPrince8, Solver, Step, System, Tolerances};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{
     Deflection, ElementBounds, Elements, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
-    VelocityDependent,
+    KelvinVoigt, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
 };
 use bristle::scene::{
     DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
@@ -26,6 +25,7 @@ use bristle_analysis::linear::{
     StateSpace, SteadySliding, Threshold, critical_speed, critical_stiffness, state_space,
     steady_sliding, steady_state_space,
 };
+use bristle_specimens::own_rheology::{VelocityLaw, own_element};
 use bristle_specimens::recipe::{decades, nonzero_velocity, recipe};
 use bristle_specimens::specimens::{
     coulomb, elasto_plastic, kelvin_voigt, rational, stribeck, table_2_bristle, table_2_curve,
@@ -53,14 +53,14 @@ fn modulus(z: Complex<f64>) -> f64 {
 
 /// σ0 = 100 (1 + 0.3 tanh v), σ1 = 5 e^(−v²/4) + 1, μ = 0.8 + 0.5 e^(−4v²) + 0.1|v|_ε, ε = 0.01.
 fn all_varying() -> impl Bristle<f64, Deflection = f64> {
-    let stiffness = VelocityDependent::new(
+    let stiffness = VelocityLaw::new(
         |sliding: Sliding<f64>| {
             let t = sliding.velocity().tanh();
             (100.0 * (1.0 + 0.3 * t), 30.0 * (1.0 - t * t))
         },
         Bounds { min: 70.0, max: 130.0 },
     );
-    let damping = VelocityDependent::new(
+    let damping = VelocityLaw::new(
         |sliding: Sliding<f64>| {
             let v = sliding.velocity();
             let bell = 5.0 * (-0.25 * v * v).exp();
@@ -76,11 +76,7 @@ fn all_varying() -> impl Bristle<f64, Deflection = f64> {
         Bounds { min: 0.8, max: f64::INFINITY },
     )
     .unwrap();
-    let rheology = KelvinVoigt::new(KelvinVoigtParameters {
-        micro_stiffness: stiffness,
-        micro_damping: damping,
-    });
-    FrBd::new(curve, rheology.unwrap()).regularised(SquareRoot::new(0.01).unwrap())
+    FrBd::new(curve, own_element(stiffness, damping)).regularised(SquareRoot::new(0.01).unwrap())
 }
 
 #[test]
@@ -455,8 +451,8 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
     check(256, (recipe(), nonzero_velocity()), |(r, v)| {
         let v = v.signum() * v.abs().clamp(1e-5, 1e1);
         let (k, d) = (r.stiffness.min(1e7), r.damping);
-        let bristle = || kelvin_voigt::<f64, _, _>(k, d);
-        let twin = || kelvin_voigt::<Dual64, _, _>(lit::<Dual64>(k), lit::<Dual64>(d));
+        let bristle = || kelvin_voigt::<f64>(k, d);
+        let twin = || kelvin_voigt::<Dual64>(lit(k), lit(d));
         let (curve, dual) = (stribeck::<f64>(&r, 2.0), stribeck::<Dual64>(&r, 2.0));
         assert_rig(FrBd::new(curve, bristle()), FrBd::new(dual, twin()), v);
         let (root, dual_root) =
@@ -775,7 +771,7 @@ fn friction_that_does_not_depend_on_the_speed_is_marginal_at_every_speed() {
         for (stiffness, damping) in
             [(1e4, 64.5), (1e4, 1.0), (1e5, 0.0), (3e5, 100.0), (252.0, 0.0)]
         {
-            let bristle = kelvin_voigt::<f64, _, _>(stiffness, damping);
+            let bristle = kelvin_voigt::<f64>(stiffness, damping);
             fn assert_marginal(model: impl Bristle<f64, Deflection = f64>) {
                 let rig = on_spring(model.under_load(1.0).unwrap(), 1.0, 2.0, 0.0);
                 assert_eq!(rig.critical_speed(1e-3..1.0).unwrap(), Threshold::Marginal);
@@ -802,7 +798,7 @@ fn friction_that_does_not_depend_on_the_speed_is_marginal_at_every_speed() {
 #[test]
 fn the_steady_slope_keeps_its_digits_however_slow_the_sliding() {
     fn assert_rising<T: Scalar>(decades: i32, tolerance: f64) {
-        let bristle = || kelvin_voigt::<T, _, _>(lit::<T>(1e4), lit::<T>(64.5));
+        let bristle = || kelvin_voigt::<T>(lit(1e4), lit(64.5));
         let contact = FrBd::new(rising::<T>(1.0, 0.04), bristle()).under_load(T::one()).unwrap();
         for decade in 0..decades {
             let v: T = lit(1.3 * 10_f64.powi(-decade));
@@ -849,7 +845,7 @@ fn small_motions_about_steady_sliding_are_the_derivatives_there() {
         let v = v.signum() * v.abs().clamp(1e-5, 1e1);
         let curve = stribeck::<f64>(&r, 2.0);
         let root = SquareRoot::new(r.epsilon).unwrap();
-        let bristle = || kelvin_voigt::<f64, _, _>(r.stiffness, r.damping);
+        let bristle = || kelvin_voigt::<f64>(r.stiffness, r.damping);
         assert_same(&FrBd::new(curve, bristle()), v);
         assert_same(&FrBd::new(curve, bristle()).regularised(root), v);
         assert_same(&LuGre::classical(curve, bristle()), v);

@@ -98,7 +98,7 @@ fn every_model(check: &mut Check<'_>, run: (usize, usize, u64)) {
     let lugre = LuGre::classical(curve(), bristle(0.3));
     check("LuGre", &|n| over(lugre, n, run));
     check("LuGre, smooth", &|n| over(lugre.regularised(soft), n, run));
-    let inside = LuGre::with_viscous_part_inside(curve(), bristle(0.3));
+    let inside = LuGre::with_viscous_friction(curve(), bristle(0.3), 0.0).unwrap();
     check("LuGre, viscous inside", &|n| over(inside, n, run));
     let dahl =
         Dahl::new(DahlParameters { dynamic_coefficient: 0.6, micro_stiffness: 252.0 }).unwrap();

@@ -289,7 +289,7 @@ fn the_frequency_response_is_that_of_followed_bristles() {
     let both = [0.0, 0.6, -4.0];
     check_response(frbd(0.0), PolynomialExponential::constant(), &both, "FrBD, constant");
     check_response(frbd(0.05), PolynomialExponential::parabolic(), &both, "FrBD, parabolic");
-    let inside = LuGre::with_viscous_part_inside(tyre_curve(), bristle(0.05));
+    let inside = LuGre::with_viscous_friction(tyre_curve(), bristle(0.05), 0.0).unwrap();
     check_response(inside, PolynomialExponential::parabolic(), &[0.6], "LuGre inside, parabolic");
     let classical = LuGre::classical(tyre_curve(), bristle(0.05));
     check_response(classical, exponential(2.0), &[0.0, 0.6], "LuGre, exponential");
@@ -433,7 +433,7 @@ fn deflection_and_force_stay_within_their_limits() {
         let (curve, bristle) = (tyre_curve(), bristle(damping));
         let classical = LuGre::classical(curve, bristle);
         check_limits(classical, PolynomialExponential::constant(), initial, &velocities);
-        let inside = LuGre::with_viscous_part_inside(curve, bristle);
+        let inside = LuGre::with_viscous_friction(curve, bristle, 0.0).unwrap();
         check_limits(inside, trapezoidal(0.2), initial, &velocities);
         let dahl = DahlParameters { dynamic_coefficient: 0.4, micro_stiffness: 252.0 };
         check_limits(Dahl::new(dahl).unwrap(), exponential(0.1), initial, &velocities);
