@@ -27,7 +27,7 @@ use bristle::{
     Affine, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism,
     ParameterError, Scalar, paper,
 };
-use criterion::{Criterion, criterion_group, criterion_main};
+use bristle_charts::Stopwatch;
 use nalgebra::{SVector, Vector2, Vector3, convert};
 
 const SPEED: f64 = 0.008;
@@ -39,18 +39,16 @@ fn chain<T: Scalar>(value: T, result: T) -> T {
 }
 
 /// Measures a function of a velocity, each call waiting for the last.
-fn measure<T: Scalar>(c: &mut Criterion, name: &str, start: f64, mut work: impl FnMut(T) -> T) {
+fn measure<T: Scalar>(c: &Stopwatch, name: &str, start: f64, mut work: impl FnMut(T) -> T) {
     let start: T = convert(start);
     let mut value = start;
-    c.bench_function(name, |b| {
-        b.iter(|| {
-            value = chain(start, work(black_box(value)));
-            value
-        });
+    c.measure(name, || {
+        value = chain(start, work(black_box(value)));
+        value
     });
 }
 
-fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
+fn models<T: Scalar>(c: &Stopwatch, scalar: &str) {
     let curve_parameters = paper::STICK_SLIP_CURVE;
     let t = |value: f64| convert::<f64, T>(value);
     let (Ok(curve), Ok(rational), Ok(bristle), Ok(dahl)) = (
@@ -76,7 +74,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         return;
     };
     measure(c, &format!("{scalar}/exp"), -0.64, |x: T| x.exp());
-    let one = |c: &mut Criterion, name: &str, model: &dyn Fn(T) -> T| {
+    let one = |c: &Stopwatch, name: &str, model: &dyn Fn(T) -> T| {
         measure(c, &format!("{scalar}/{name}"), SPEED, model);
     };
     let z = t(DEFLECTION);
@@ -204,7 +202,7 @@ fn rig<T: Scalar>() -> Result<MassSpringDamper<T, Friction<T>>, ParameterError> 
     })
 }
 
-fn integrators<T: Scalar>(c: &mut Criterion, scalar: &str) {
+fn integrators<T: Scalar>(c: &Stopwatch, scalar: &str) {
     let t = |value: f64| convert::<f64, T>(value);
     let Ok(rig) = rig::<T>() else { return };
     let state = |velocity: T| Vector3::new(t(0.0), velocity, t(DEFLECTION));
@@ -227,7 +225,7 @@ fn integrators<T: Scalar>(c: &mut Criterion, scalar: &str) {
 }
 
 /// Measures steps of a method in the Stribeck range, each from where the last one ended.
-fn step<T, S, M>(c: &mut Criterion, name: &str, rig: &S, method: M)
+fn step<T, S, M>(c: &Stopwatch, name: &str, rig: &S, method: M)
 where
     T: Scalar,
     S: System<T, 3>,
@@ -239,26 +237,21 @@ where
     let start = Vector3::new(t(-0.5), t(SPEED), t(DEFLECTION));
     let begin = || solver.begin(rig, t(0.0)..t(0.125), start);
     let mut run = begin();
-    c.bench_function(name, |b| {
-        b.iter(|| {
-            let over = match &mut run {
-                Ok(run) => !matches!(run.advance(), Ok(Some(_))),
-                Err(_) => true,
-            };
-            if over {
-                run = begin();
-            }
-        });
+    c.measure(name, || {
+        let over = match &mut run {
+            Ok(run) => !matches!(run.advance(), Ok(Some(_))),
+            Err(_) => true,
+        };
+        if over {
+            run = begin();
+        }
     });
 }
 
-fn all(c: &mut Criterion) {
+fn main() {
+    let c = &Stopwatch::from_arguments();
     models::<f64>(c, "f64");
     models::<f32>(c, "f32");
     integrators::<f64>(c, "f64");
     integrators::<f32>(c, "f32");
 }
-
-criterion_group!(benches, all);
-
-criterion_main!(benches);

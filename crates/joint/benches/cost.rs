@@ -13,11 +13,11 @@ use std::hint::black_box;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{FrBd, ParameterError, Scalar, paper};
+use bristle_charts::Stopwatch;
 use bristle_joint::{
     GearFriction, GearFrictionParameters, GearTorques, GearedJoint, GearedJointParameters,
     JointState, LoadedDeflection, TorqueLoad, TorqueLoadParameters,
 };
-use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::convert;
 
 const SPEED: f64 = 0.008;
@@ -29,19 +29,17 @@ fn chain<T: Scalar>(value: T, result: T) -> T {
 }
 
 /// Measures a function of a velocity, each call waiting for the last.
-fn measure<T: Scalar>(c: &mut Criterion, name: &str, start: f64, mut work: impl FnMut(T) -> T) {
+fn measure<T: Scalar>(c: &Stopwatch, name: &str, start: f64, mut work: impl FnMut(T) -> T) {
     let start: T = convert(start);
     let mut value = start;
-    c.bench_function(name, |b| {
-        b.iter(|| {
-            value = chain(start, work(black_box(value)));
-            value
-        });
+    c.measure(name, || {
+        value = chain(start, work(black_box(value)));
+        value
     });
 }
 
 /// Steps of a gear under torques that vary, in a mass of one's own and in the scene.
-fn steps<T: Scalar>(c: &mut Criterion, scalar: &str) -> Result<(), ParameterError> {
+fn steps<T: Scalar>(c: &Stopwatch, scalar: &str) -> Result<(), ParameterError> {
     let t = |value: f64| convert::<f64, T>(value);
     let (curve, bristle) = (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE);
     let curve = Stribeck::new(StribeckParameters {
@@ -92,14 +90,11 @@ fn steps<T: Scalar>(c: &mut Criterion, scalar: &str) -> Result<(), ParameterErro
     Ok(())
 }
 
-fn all(c: &mut Criterion) {
+fn main() {
+    let c = &Stopwatch::from_arguments();
     for done in [steps::<f64>(c, "f64"), steps::<f32>(c, "f32")] {
         if let Err(refused) = done {
             eprintln!("{refused}");
         }
     }
 }
-
-criterion_group!(benches, all);
-
-criterion_main!(benches);

@@ -1,5 +1,5 @@
 //! What the examples and benches need around the physics: command-line [arguments](Arguments),
-//! [tables](Csv), [charts](Figure) and [progress](Progress). Nothing here knows of friction.
+//! [tables](Csv), [charts](Figure), [progress](Progress) and [times](Stopwatch). Nothing here knows of friction.
 //!
 //! ```no_run
 //! use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, println};
@@ -34,6 +34,7 @@ mod axis;
 mod chart;
 mod draw;
 mod lines;
+mod stopwatch;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -49,6 +50,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use arguments::{Arguments, Rule, Values};
 pub use chart::{Colour, Figure, HeatMap, Marker, Panel, Stroke, Symbol};
+pub use stopwatch::Stopwatch;
 pub use table::{Csv, read_columns, read_names};
 
 /// What every function here returns that may fail; errors name the file or option and the reason.
