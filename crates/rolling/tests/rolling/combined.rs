@@ -223,41 +223,6 @@ fn little_none_and_very_much_slip_have_their_limits() {
 // ---------------------------------------------------------------------------------------------
 
 #[test]
-fn isotropic_bristles_in_one_direction_are_the_patch_of_one_axis() {
-    let angle = 0.0..std::f64::consts::TAU;
-    check(100, (rubber(), steps(), angle), |(rubber, run, angle)| {
-        let direction = Vector2::new(angle.cos(), angle.sin());
-        let mut plane = patch(rubber.isotropic(), falling()).combined_in(40).unwrap();
-        let mut line = patch(rubber.line(), falling()).exact_in(40).unwrap();
-        // Straight running is exactly that of one axis.
-        let mut other = patch(rubber.line(), falling()).exact_in(40).unwrap();
-        let mut straight = patch(rubber.isotropic(), falling()).combined_in(40).unwrap();
-        for step in run {
-            let (v, speed) = (step.predicted.x, LENGTH * step.transport);
-            let motion = Motion { slip_velocity: v * direction, rolling_speed: speed };
-            let along = Motion { slip_velocity: v, rolling_speed: speed };
-            let want = line.step(along, step.duration).unwrap();
-            let got = plane.step(motion, step.duration).unwrap();
-            // What the last stroke has left; every step rounds ‖v‖, and λh is up to 1e4.
-            let scale = LOAD * rubber.curve[0] * rubber.curve[1];
-            assert_within(1e-11, scale, (got - want * direction).norm(), 0.0, || {
-                format!("{step:?}")
-            });
-            let motion = Motion { slip_velocity: Vector2::new(v, 0.0), rolling_speed: speed };
-            let want = other.step(along, step.duration).unwrap();
-            let got = straight.step(motion, step.duration).unwrap();
-            assert_eq!((got.x, got.y), (want, 0.0), "{step:?}");
-            let next = Motion { slip_velocity: Vector2::new(step.mean.y, 0.0), ..motion };
-            let got = straight.companion_step(next, step.duration).unwrap();
-            let (bias, damping) = (got.bias(), got.damping());
-            let along = Motion { slip_velocity: step.mean.y, rolling_speed: speed };
-            let want = other.companion_step(along, step.duration).unwrap();
-            assert_eq!((bias.x, damping.x, bias.y), (want.bias(), want.damping(), 0.0));
-        }
-    });
-}
-
-#[test]
 fn one_axis_has_the_bits_of_the_scalar_patch() {
     check(50, (rubber(), steps()), |(rubber, run)| {
         let one: Model<f64, 1> = PlaneFrBd::isotropic(

@@ -425,7 +425,7 @@ fn check_limits<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
 #[test]
 fn deflection_and_force_stay_within_their_limits() {
     let runs = (vec(-1.0..1.0_f64, 1..14), -4.0..2.0_f64, -6.0..-1.0_f64, 0.0..0.1_f64);
-    check(60, runs, |(velocities, size, initial, damping)| {
+    check(24, runs, |(velocities, size, initial, damping)| {
         let velocities: Vec<_> = velocities.iter().map(|v| v * 10.0_f64.powf(size)).collect();
         let initial = 10.0_f64.powf(initial);
         check_limits(frbd(damping), PolynomialExponential::parabolic(), initial, &velocities);
