@@ -707,3 +707,27 @@ fn bad_motions_are_named_and_change_nothing() {
     let got = third.step(motion, 1e-3).unwrap();
     assert_eq!(got, Vector3::new(before.x, before.y, 0.0));
 }
+
+#[test]
+fn a_patch_in_combined_slip_allocates_nothing() {
+    let counted = allocation_counter::measure(|| {
+        let tyre = Patch::new(PatchParameters {
+            model: PlaneFrBd::isotropic(curve([0.7, 1.5, 6.0]), bristle(300.0, 0.3)),
+            length: LENGTH,
+            pressure: PolynomialExponential::parabolic().padded::<4>(),
+        });
+        let mut rolling = tyre.unwrap().combined([[Segment::default(); 40]; 2]).unwrap();
+        for number in 0..200 {
+            let slip_velocity = Vector2::new(0.5, 0.01 * f64::from(number));
+            let motion = Motion { slip_velocity, rolling_speed: 16.0 };
+            let load = 4000.0 - 10.0 * f64::from(number);
+            let _ = rolling.reload(load, &slip_velocity).unwrap();
+            let _ = rolling.renew(load + 5.0).unwrap();
+            rolling.step(motion, 1e-3).unwrap();
+            let step = rolling.companion_step(motion, 1e-4).unwrap();
+            step.commit_with_ledger(&slip_velocity).unwrap();
+            assert!(rolling.moment(&slip_velocity).y.is_finite());
+        }
+    });
+    assert_eq!(counted.count_total, 0);
+}
