@@ -11,7 +11,7 @@ use bristle_specimens::own_rheology::own_element;
 use bristle_specimens::recipe::{Recipe, State, decades, recipe, state};
 use bristle_specimens::specimens::{
     Specimen, coulomb, dahl, elasto_plastic, hyperbolic_tangent, kelvin_voigt, rational, specimens,
-    spring, square_root, stribeck, varying_stiffness,
+    spring, square_root, stribeck, table_2_bristle, table_2_curve, varying_stiffness,
 };
 use bristle_specimens::{assert_within, check, integral, root};
 use proptest::prelude::*;
@@ -190,6 +190,18 @@ fn lugre_without_damping_and_viscosity_is_frbd_on_a_spring() {
             assert_eq!(inside.obeys(law), frbd.obeys(law), "{law}");
         }
     });
+}
+
+#[test]
+fn lugre_of_an_frbd_model_has_its_parts_and_no_negative_viscous_friction() {
+    let (curve, bristle) = (table_2_curve::<f64>(), table_2_bristle());
+    let frbd = FrBd::new(curve, bristle);
+    let lugre = LuGre::with_viscous_friction(curve, bristle, 0.3).unwrap();
+    assert_eq!(LuGre::of_frbd(frbd, 0.3), lugre);
+    for refused in [-0.3, f64::NAN] {
+        assert!(LuGre::of_frbd(frbd, refused).coefficient(1.0, 0.0).is_nan());
+        assert!(LuGre::with_viscous_friction(curve, bristle, refused).is_err());
+    }
 }
 
 #[test]

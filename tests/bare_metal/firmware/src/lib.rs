@@ -128,7 +128,6 @@ entries! {
     steps::frbd_maxwell => entry_frbd_maxwell_f32, entry_frbd_maxwell_f64;
     steps::frbd_zener => entry_frbd_zener_f32, entry_frbd_zener_f64;
     steps::frbd_maxwell_arms => entry_frbd_maxwell_arms_f32, entry_frbd_maxwell_arms_f64;
-        entry_frbd_kelvin_voigt_elements_f32, entry_frbd_kelvin_voigt_elements_f64;
     steps::lugre => entry_lugre_f32, entry_lugre_f64;
     steps::lugre_inside => entry_lugre_inside_f32, entry_lugre_inside_f64;
     steps::dahl => entry_dahl_f32, entry_dahl_f64;

@@ -8,9 +8,8 @@ use bristle::curve::{
 use bristle::exponential::Exponential;
 use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
-    Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
-    ZenerParameters,
+    Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
+    KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology, ZenerParameters,
 };
 use bristle::{
     Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle, LuGre,
