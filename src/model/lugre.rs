@@ -39,7 +39,8 @@ use crate::{Bristle, Scalar, Surface};
 ///
 /// In the [classical](LuGre::classical) model the viscous part σ2|v| of the curve stands outside g,
 /// as σ2 v. In the variant with the viscous part inside g there is no such term: give
-/// [`LuGre::with_viscous_friction`] the whole curve and σ2 = 0. Steady sliding is F = p (g(v) sgn_ε(v) + σ2 v).
+/// [`LuGre::with_viscous_friction`] the whole curve and σ2 = 0. Steady sliding is
+/// F = p (g(v) sgn_ε(v) + σ2 v).
 ///
 /// # Laws
 ///

@@ -12,9 +12,11 @@
 //! | d | normalised damping of the dashpot beside all arms | s/m |
 //!
 //! Every passive bristle of linear springs and dashpots is equivalent to one of these. A spring k₁
-//! in a row with a spring k₂ beside a dashpot η, for instance, is [`GeneralisedMaxwell::zener`] with
-//! K₀ = s k₂, K₁ = s k₁ and the dashpot s² η, s = k₁/(k₁ + k₂). With a static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps, F_ss = p
-//! v/(|v|_ε/μ + 1/(Σηᵢ + d)).
+//! in a row with a spring k₂ beside a dashpot η is [`GeneralisedMaxwell::zener`] with K₀ = s k₂,
+//! K₁ = s k₁ and the dashpot s² η, s = k₁/(k₁ + k₂).
+//!
+//! With a static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
+//! F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)).
 //!
 //! # Arms from measured moduli
 //!
@@ -91,9 +93,9 @@ impl<T: Scalar> MaxwellArm<T> {
         Named(name, self.decay()).at_most(what, limit).map(drop)
     }
 
-    /// The decay rate K/η [1/s], zero without a dashpot. A missing one is hidden from the optimiser,
-    /// which would divide by the bytes in its place and drop the result: as a subnormal number they
-    /// cost 150 cycles.
+    /// The decay rate K/η [1/s], zero without a dashpot. A missing one is hidden from the
+    /// optimiser, which would divide by the bytes in its place and drop the result: as a subnormal
+    /// number they cost 150 cycles.
     #[inline(always)]
     pub(super) fn decay(&self) -> T {
         let dashpot = self.series_damping.as_ref().map(black_box);

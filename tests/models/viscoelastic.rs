@@ -774,6 +774,25 @@ fn the_complex_modulus_is_the_sum_of_its_arms() {
 }
 
 #[test]
+fn a_spring_in_a_row_with_a_kelvin_voigt_element_is_a_zener_bristle() {
+    let of_each = || decades(1e1, 1e8);
+    check(
+        128,
+        (of_each(), of_each(), decades(1e-2, 1e6), decades(1e-6, 1e8)),
+        |(k1, k2, eta, w)| {
+            let s = k1 / (k1 + k2);
+            let got = zener(s * k2, s * k1, s * s * eta).complex_modulus(w);
+            // 1/(1/k₁ + 1/(k₂ + iωη)).
+            let size = k2 * k2 + (w * eta).powi(2);
+            let (re, im) = (1.0 / k1 + k2 / size, -w * eta / size);
+            let (storage, loss) = (re / (re * re + im * im), -im / (re * re + im * im));
+            assert_within(ROUNDING, storage, got.re, storage, || format!("G' at {w:e}"));
+            assert_within(ROUNDING, loss, got.im, loss, || format!("G'' at {w:e}"));
+        },
+    );
+}
+
+#[test]
 fn a_small_oscillation_is_answered_by_the_complex_modulus() {
     // Stuck, ẑ = 1 nm against a breakaway of 100 µm: what slides meanwhile is 1e-5 of it. The
     // velocity is held at its value in the middle of 500 parts of a period, (π/500)²/6 = 7e-6 off.

@@ -1,5 +1,6 @@
 //! What the examples and benches need around the physics: command-line [arguments](Arguments),
-//! [tables](Csv), [charts](Figure), [progress](Progress) and [times](Stopwatch). Nothing here knows of friction.
+//! [tables](Csv), [charts](Figure), [progress](Progress) and [times](Stopwatch). Nothing here knows
+//! of friction.
 //!
 //! ```no_run
 //! use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, println};
