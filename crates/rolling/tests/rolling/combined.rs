@@ -9,7 +9,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{FrBd, Scalar};
 use bristle_plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle_rolling::{
-    CombinedPatch, LinearisedPatch, Motion, Passivity, Patch, PatchParameters,
+    CombinedPatch, LinearisedPatch, Motion, Patch, PatchParameters, PatchPassivity,
     PolynomialExponential, PolynomialExponentialParameters, Segment,
 };
 use bristle_specimens::recipe::decades;
@@ -389,7 +389,9 @@ fn dissipates<const N: usize>(
     tolerance: f64,
 ) {
     let tyre = patch(rubber.model(), pressure);
-    assert!(tyre.axes(&Vector2::zeros()).iter().all(|axis| axis.passivity() == Passivity::Passive));
+    assert!(
+        tyre.axes(&Vector2::zeros()).iter().all(|axis| axis.passivity() == PatchPassivity::Passive)
+    );
     let mut rolling = tyre.combined_in(100).unwrap();
     for (number, step) in run.iter().enumerate() {
         if number % 5 == 4 {
