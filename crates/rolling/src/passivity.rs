@@ -76,7 +76,8 @@ impl<T: Scalar> PatchPassivity<T> {
     /// assert_eq!(PatchPassivity::of(&flat, uniform, |_| (100.0, 0.0)), PatchPassivity::Passive);
     /// // Bristles that are carried ever faster.
     /// let faster = PatchPassivity::of(&flat, uniform, |place| (100.0 + 10.0 * place, 10.0));
-    /// assert!(matches!(faster, PatchPassivity::Rises { slope, .. } if (slope - 2520.0).abs() < 1e-9));
+    /// let PatchPassivity::Rises { slope, .. } = faster else { unreachable!() };
+    /// assert!((slope - 2520.0_f64).abs() < 1e-9);
     /// ```
     pub fn of<P: Pressure<T>>(
         pressure: &P,
