@@ -42,7 +42,7 @@ const TRUE_CURVE: StribeckParameters<f64> = StribeckParameters {
     stribeck_exponent: 2.0,
     viscous_friction: 100.0,
 };
-const TRUE_BRISTLE: KelvinVoigtParameters<f64, f64> =
+const TRUE_BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 5e5, micro_damping: 2000.0 };
 
 /// The friction that the compensators assume.
@@ -53,7 +53,7 @@ const CURVE: StribeckParameters<f64> = StribeckParameters {
     stribeck_exponent: 1.0,
     viscous_friction: 90.0,
 };
-const BRISTLE: KelvinVoigtParameters<f64, f64> =
+const BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 4.2e5, micro_damping: 1600.0 };
 
 /// The reference: a sine [m, Hz] for a number of periods, then rest at its top until the end [s].

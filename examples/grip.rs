@@ -23,7 +23,7 @@ const CURVE: StribeckParameters<f64> = StribeckParameters {
     stribeck_exponent: 2.0,
     viscous_friction: 0.0,
 };
-const BRISTLE: KelvinVoigtParameters<f64, f64> =
+const BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 5e3, micro_damping: 10.0 };
 /// Up to this deflection the elasto-plastic bristle is elastic [m].
 const STICK_LIMIT: f64 = 1e-4;

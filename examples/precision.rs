@@ -30,7 +30,7 @@ fn wide(value: f32) -> f64 {
 struct Set {
     name: &'static str,
     curve: StribeckParameters<f64>,
-    bristle: KelvinVoigtParameters<f64, f64>,
+    bristle: KelvinVoigtParameters<f64>,
 }
 
 const SETS: [Set; 2] = [

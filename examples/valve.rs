@@ -126,7 +126,7 @@ impl Settings {
         let bristle = KelvinVoigt::new(paper::VALVE_BRISTLE)?;
         let frbd = FrBd::new(curve, bristle);
         let classical = LuGre::classical(curve, bristle);
-        let inside = LuGre::with_viscous_part_inside(curve, bristle);
+        let inside = LuGre::with_viscous_friction(curve, bristle, 0.0)?;
         let names =
             [("frbd", "FrBD"), ("lugre", "LuGre"), ("lugre_inside", "LuGre, viscous part inside")];
         Ok([

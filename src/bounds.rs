@@ -1,6 +1,5 @@
 //! The range of a velocity-dependent quantity.
 
-use crate::parameter::{Named, ParameterError};
 use crate::scalar::Scalar;
 
 /// Smallest and largest value of a quantity over a range of velocities.
@@ -31,19 +30,5 @@ impl<T: Scalar> Bounds<T> {
     /// Whether the quantity is constant.
     pub fn is_constant(&self) -> bool {
         self.min == self.max
-    }
-
-    /// Checks the bounds of a quantity that must be positive.
-    pub fn positive(self, name: &'static str) -> Result<Self, ParameterError> {
-        Named(name, self.min).positive()?;
-        Named(name, self.max).at_least("its lower bound", self.min)?;
-        Ok(self)
-    }
-
-    /// Checks the bounds of a quantity that may be zero.
-    pub fn non_negative(self, name: &'static str) -> Result<Self, ParameterError> {
-        Named(name, self.min).non_negative()?;
-        Named(name, self.max).at_least("its lower bound", self.min)?;
-        Ok(self)
     }
 }

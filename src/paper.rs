@@ -31,7 +31,7 @@ pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {
 };
 
 /// Table 2: the bristle of the same experiments: σ0 = 1e4 1/m, σ1 = 64.5 s/m.
-pub const STICK_SLIP_BRISTLE: KelvinVoigtParameters<f64, f64> =
+pub const STICK_SLIP_BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 64.5 };
 
 /// The stick-slip rig of section V-A: m = 1 kg on a spring of k = 2 N/m, pulled at v_ref = 0.1 m/s.
@@ -56,7 +56,7 @@ pub const VALVE_CURVE: StribeckParameters<f64> = StribeckParameters {
 };
 
 /// Table 3: the bristle of the diaphragm valve's packing: σ0 = 6.82e7 1/m, σ1 = 701.97 s/m.
-pub const VALVE_BRISTLE: KelvinVoigtParameters<f64, f64> =
+pub const VALVE_BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 6.82e7, micro_damping: 701.97 };
 
 /// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] (0.933 s in Test 1,
@@ -90,5 +90,5 @@ pub const TYRE_CURVE: StribeckParameters<f64> = StribeckParameters {
 };
 
 /// Table 1: the bristle of the tyre: σ0 = 252 1/m, σ1 = 0.
-pub const TYRE_BRISTLE: KelvinVoigtParameters<f64, f64> =
+pub const TYRE_BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 252.0, micro_damping: 0.0 };

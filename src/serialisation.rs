@@ -16,8 +16,8 @@ use crate::curve::{
 use crate::parameter::Named;
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
-    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
-    KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
+    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters, Maxwell,
+    MaxwellArm, MaxwellParameters,
 };
 use crate::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
@@ -123,7 +123,7 @@ serialised_as!([] Stribeck<T> as StribeckParameters<T>: Self::new, Self::paramet
 serialised_as!([] RationalStribeck<T> as RationalStribeckParameters<T>:
     Self::new, Self::parameters);
 serialised_as!([] Dahl<T> as DahlParameters<T>: Self::new, Self::parameters);
-serialised_as!([] KelvinVoigt<T> as KelvinVoigtParameters<T, T>: Self::new, Self::parameters);
+serialised_as!([] KelvinVoigt<T> as KelvinVoigtParameters<T>: Self::new, Self::parameters);
 serialised_as!([] Sine<T> as SineParameters<T>: Self::new, Self::parameters);
 serialised_as!([] SquareRoot<T> as T: Self::new, Self::epsilon);
 serialised_as!([] HyperbolicTangent<T> as T: Self::new, Self::threshold_velocity);
@@ -256,18 +256,4 @@ struct ElastoPlasticFile<C, E, T: Scalar> {
 struct ImplicitFile<C, T: Scalar> {
     curve: C,
     rheology: KelvinVoigt<T>,
-}
-
-impl<'de, T: Scalar + Deserialize<'de>, const N: usize> Deserialize<'de>
-    for GeneralisedKelvinVoigt<T, N>
-{
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::new(array::deserialize(deserializer)?).map_err(D::Error::custom)
-    }
-}
-
-impl<T: Scalar + Serialize, const N: usize> Serialize for GeneralisedKelvinVoigt<T, N> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        array::serialize(self.elements(), serializer)
-    }
 }

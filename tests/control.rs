@@ -28,7 +28,7 @@ const CURVE: StribeckParameters<f64> = StribeckParameters {
     stribeck_exponent: 2.0,
     viscous_friction: 0.4,
 };
-const BRISTLE: KelvinVoigtParameters<f64, f64> =
+const BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 60.0 };
 const LOAD: f64 = 3.0;
 

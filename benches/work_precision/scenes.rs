@@ -113,7 +113,7 @@ pub fn each(visitor: &mut impl Visitor) -> Result<(), ParameterError> {
 }
 
 type Parameters =
-    (bristle::curve::StribeckParameters<f64>, bristle::rheology::KelvinVoigtParameters<f64, f64>);
+    (bristle::curve::StribeckParameters<f64>, bristle::rheology::KelvinVoigtParameters<f64>);
 
 /// Stick-slip, pre-sliding and lag.
 const TABLE_2: Parameters = (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE);

@@ -47,7 +47,7 @@ mod run;
 mod solver;
 
 pub use dense_step::{DenseStep, StepSummary};
-pub use run::Run;
+pub use run::CollocationRun;
 pub use solver::CollocationSolver;
 
 use core::ops::Range;

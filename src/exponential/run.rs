@@ -21,10 +21,9 @@ const MOST_SAMPLES: u32 = 20;
 /// Most cuts of one step at ever earlier reversals.
 const MOST_CUTS: u32 = 100;
 
-/// A run in progress: call [`Run::advance`] until it returns `None`. (The result of a fidelity
-/// scene's run is a `fidelity::Run`.)
+/// A run in progress: call [`CollocationRun::advance`] until it returns `None`.
 #[derive(Debug, Clone)]
-pub struct Run<'a, T: Scalar, M, V, const S: usize> {
+pub struct CollocationRun<'a, T: Scalar, M, V, const S: usize> {
     contact: &'a Contact<T, M>,
     velocity: &'a V,
     /// Error allowed in a step \[m\]; none for fixed steps.
@@ -48,7 +47,7 @@ enum End {
     Reversal,
 }
 
-impl<'a, T, M, V, const S: usize> Run<'a, T, M, V, S>
+impl<'a, T, M, V, const S: usize> CollocationRun<'a, T, M, V, S>
 where
     T: Scalar,
     M: Bristle<T, Deflection = T>,

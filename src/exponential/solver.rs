@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use nalgebra::Vector1;
 
-use super::run::Run;
+use super::run::CollocationRun;
 use crate::ode::{Failure, Statistics, StepControl, check_samples};
 use crate::parameter::{Named, ParameterError};
 use crate::scalar::lit;
@@ -75,7 +75,7 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
         velocity: &'a V,
         span: Range<T>,
         deflection: T,
-    ) -> Result<Run<'a, T, M, V, S>, Failure<T, 1>> {
+    ) -> Result<CollocationRun<'a, T, M, V, S>, Failure<T, 1>> {
         let checked = Named("span.start", span.start)
             .finite()
             .and_then(|start| Named("span.end", span.end).at_least("span.start", start))
@@ -83,7 +83,7 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
             .and_then(|_| Named("deflection", deflection).finite());
         let state = Vector1::new(deflection);
         checked.map_err(|error| Failure::refused(error, span.start, state))?;
-        Run::new(self, contact, velocity, span, deflection)
+        CollocationRun::new(self, contact, velocity, span, deflection)
     }
 
     /// Runs over a time span \[s\] from a deflection \[m\], and hands over time and deflection at

@@ -120,7 +120,7 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let curve = Coulomb { dynamic: self.dynamic, viscous: T::zero() };
         let [stiffness, damping] = [self.stiffness, T::zero()].map(Bounds::constant);
-        let elements = ElementBounds::elastic(stiffness, damping, true);
+        let elements = ElementBounds::elastic(stiffness, damping);
         Characteristics::new("Dahl", &curve, &elements, fastest)
     }
 

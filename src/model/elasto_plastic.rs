@@ -22,7 +22,7 @@ use super::{Affine, Characteristics, FrBd, Law, Limits, Linearised};
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
-use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
+use crate::rheology::{Elements, KelvinVoigt, Rheology};
 use crate::scalar::is_zero;
 use crate::{Bristle, Scalar, Surface};
 
@@ -64,9 +64,7 @@ pub struct ElastoPlastic<C, R, E = Unregularised, T = f64> {
     stick_limit: T,
 }
 
-impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
-    ElastoPlastic<C, KelvinVoigt<T, T, D>, Unregularised, T>
-{
+impl<T: Scalar, C: FrictionCurve<T>> ElastoPlastic<C, KelvinVoigt<T>, Unregularised, T> {
     /// The model with a stick limit z_b \[m\]: positive and below min μ/σ0; up to it the bristle is
     /// elastic.
     ///
@@ -74,11 +72,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
     ///
     /// Refuses a stick limit that is not positive or not below min μ/σ0.
     #[doc(alias = "breakaway")]
-    pub fn new(
-        curve: C,
-        rheology: KelvinVoigt<T, T, D>,
-        stick_limit: T,
-    ) -> Result<Self, ParameterError> {
+    pub fn new(curve: C, rheology: KelvinVoigt<T>, stick_limit: T) -> Result<Self, ParameterError> {
         Named("stick_limit", stick_limit).positive()?;
         let least = curve.bounds(T::unlimited()).min / rheology.storage_stiffness();
         Named("stick_limit", stick_limit).below("min μ/σ0", least)?;
@@ -117,11 +111,10 @@ impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
     }
 }
 
-impl<T, C, D, E> ElastoPlastic<C, KelvinVoigt<T, T, D>, E, T>
+impl<T, C, E> ElastoPlastic<C, KelvinVoigt<T>, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
-    D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
     /// How plastic the bristle is at a state, α ∈ [0, 1].
@@ -182,11 +175,10 @@ where
     }
 }
 
-impl<T, C, D, E> Bristle<T> for ElastoPlastic<C, KelvinVoigt<T, T, D>, E, T>
+impl<T, C, E> Bristle<T> for ElastoPlastic<C, KelvinVoigt<T>, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
-    D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
     type Deflection = T;

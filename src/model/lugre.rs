@@ -16,12 +16,11 @@ use super::{Affine, Characteristics, Form, FrBd, HeldStep, Law, Limits, Linearis
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
-use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw};
+use crate::rheology::{Elements, HeldWeights, KelvinVoigt};
 use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Scalar, Surface};
 
-/// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R of constant stiffness and a
-/// regularisation E.
+/// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R and a regularisation E.
 ///
 /// With the virtual friction coefficient μ_b = F/p:
 ///
@@ -39,13 +38,14 @@ use crate::{Bristle, Scalar, Surface};
 /// | \|v\|_ε | regularised modulus of the velocity | m/s |
 ///
 /// In the [classical](LuGre::classical) model the viscous part σ2|v| of the curve stands outside g,
-/// as σ2 v. In the [variant](LuGre::with_viscous_part_inside) with the viscous part inside g there
-/// is no such term. Steady sliding is F = p (g(v) sgn_ε(v) + σ2 v).
+/// as σ2 v. In the variant with the viscous part inside g there is no such term: give
+/// [`LuGre::with_viscous_friction`] the whole curve and σ2 = 0. Steady sliding is
+/// F = p (g(v) sgn_ε(v) + σ2 v).
 ///
 /// # Laws
 ///
 /// A deflection within max g/σ0 stays there. The model is passive only with enough viscous
-/// friction, σ2 ≥ σ1(μ_s − μ_d)/μ_d for the classical model with constant σ1. Its force has no
+/// friction, σ2 ≥ σ1(μ_s − μ_d)/μ_d for the classical model. Its force has no
 /// limit: at z = 0 it is p (σ1 + σ2) v.
 ///
 /// Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
@@ -74,22 +74,20 @@ use crate::{Bristle, Scalar, Surface};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LuGre<C, R, E = Unregularised, T = f64> {
-    /// Curve g(v), bristle and regularisation.
-    parts: FrBd<C, R, E>,
+    /// The FrBD model of the curve g, with which it shares springs and steady deflection.
+    frbd: FrBd<C, R, E>,
     /// σ2 of the term outside g
     viscous: T,
 }
 
-impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
-    LuGre<C, KelvinVoigt<T, T, D>, Unregularised, T>
-{
+impl<T: Scalar, C: FrictionCurve<T>> LuGre<C, KelvinVoigt<T>, Unregularised, T> {
     /// The classical model: the viscous part of the curve, if it has one, stands outside g as
     /// σ2 v.
-    pub fn classical(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
+    pub fn classical(curve: C, rheology: KelvinVoigt<T>) -> Self {
         let inside = curve.without_viscous_friction();
         // What has been taken out of the curve, neither more nor less.
         let viscous = curve.viscous_friction() - inside.viscous_friction();
-        Self { parts: FrBd::new(inside, rheology), viscous }
+        Self { frbd: FrBd::new(inside, rheology), viscous }
     }
 
     /// The model of a curve g(v), taken as it is, and a viscous friction σ2 [s/m] outside it.
@@ -99,29 +97,28 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
     /// Refuses a viscous friction that is negative or not finite.
     pub fn with_viscous_friction(
         curve: C,
-        rheology: KelvinVoigt<T, T, D>,
+        rheology: KelvinVoigt<T>,
         viscous_friction: T,
     ) -> Result<Self, ParameterError> {
         let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
-        Ok(Self { parts: FrBd::new(curve, rheology), viscous })
+        Ok(Self { frbd: FrBd::new(curve, rheology), viscous })
     }
+}
 
-    /// The variant whose g(v) is the whole curve, viscous part included.
-    pub fn with_viscous_part_inside(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
-        Self { parts: FrBd::new(curve, rheology), viscous: T::zero() }
+impl<T: Scalar, C, R, E> LuGre<C, R, E, T> {
+    /// The LuGre model with curve, bristle and regularisation of an FrBD model, and a viscous
+    /// friction σ2 [s/m] outside the curve. A σ2 that is negative makes its forces NaN.
+    #[inline]
+    pub fn of_frbd(frbd: FrBd<C, R, E>, viscous_friction: T) -> Self {
+        let viscous = if viscous_friction >= T::zero() { viscous_friction } else { T::nan() };
+        Self { frbd, viscous }
     }
 }
 
 impl<C, R, E, T> LuGre<C, R, E, T> {
-    /// Of g, bristle and regularisation, and σ2 of the term outside g.
-    #[inline]
-    pub fn from_parts(parts: FrBd<C, R, E>, viscous: T) -> Self {
-        Self { parts, viscous }
-    }
-
     /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> LuGre<C, R, F, T> {
-        LuGre { parts: self.parts.regularised(regularisation), viscous: self.viscous }
+        LuGre { frbd: self.frbd.regularised(regularisation), viscous: self.viscous }
     }
 
     /// The model with its curve and regularisation in other types.
@@ -130,30 +127,29 @@ impl<C, R, E, T> LuGre<C, R, E, T> {
         curve: impl FnOnce(C) -> C2,
         regularisation: impl FnOnce(E) -> E2,
     ) -> LuGre<C2, R, E2, T> {
-        let parts = self.parts.map(curve, regularisation);
-        LuGre { parts, viscous: self.viscous }
+        let frbd = self.frbd.map(curve, regularisation);
+        LuGre { frbd, viscous: self.viscous }
     }
 
     /// The curve g(v) of steady sliding, without the viscous term outside it.
     pub fn curve(&self) -> &C {
-        self.parts.curve()
+        self.frbd.curve()
     }
 
     /// The bristle.
     pub fn rheology(&self) -> &R {
-        self.parts.rheology()
+        self.frbd.rheology()
     }
 
     /// The regularisation.
     pub fn regularisation(&self) -> &E {
-        self.parts.regularisation()
+        self.frbd.regularisation()
     }
 }
 
-impl<T: Scalar, C, D, E> LuGre<C, KelvinVoigt<T, T, D>, E, T>
+impl<T: Scalar, C, E> LuGre<C, KelvinVoigt<T>, E, T>
 where
     C: FrictionCurve<T>,
-    D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
     /// The viscous friction σ2 [s/m] of the term σ2 v outside g; zero for the variant with the
@@ -165,8 +161,13 @@ where
 
     /// Whether the bristle damps nothing and nothing viscous stands outside g: then the model is
     /// the undamped FrBD one.
+    /// σ1
+    fn damping(&self) -> T {
+        self.rheology().parameters().micro_damping
+    }
+
     fn is_undamped(&self) -> bool {
-        self.viscous == T::zero() && self.rheology().bounds().damping.max == T::zero()
+        self.viscous == T::zero() && self.damping() == T::zero()
     }
 
     /// g on the other branch.
@@ -196,36 +197,33 @@ where
     /// F v − Ẇ = p (σ0λz² − σ1λ z v + (σ1 + σ2)v²), with λ|z| ≤ |v| max g/min g.
     fn is_passive(&self) -> bool {
         let g = self.curve().bounds(T::unlimited());
-        let damping = self.rheology().bounds().damping;
+        let damping = self.damping();
         let exact = self.regularisation().speed_at_rest() == T::zero();
         // The cross term is covered by the two squares for every z: σ1²λ ≤ 4σ0(σ1 + σ2).
         let slope = self.curve().least_secant(self.regularisation(), T::unlimited());
-        let by_squares =
-            damping.max * damping.max <= lit::<T>(4.0) * slope * (damping.min + self.viscous);
+        let by_squares = damping * damping <= lit::<T>(4.0) * slope * (damping + self.viscous);
         // Or by the damping alone for |z| ≤ max g/σ0: σ1(max g/min g) ≤ σ1 + σ2.
-        let by_limit =
-            exact && damping.is_constant() && damping.max * (g.max - g.min) <= self.viscous * g.min;
-        damping.max == T::zero() || by_squares || by_limit
+        let by_limit = exact && damping * (g.max - g.min) <= self.viscous * g.min;
+        damping == T::zero() || by_squares || by_limit
     }
 }
 
-impl<T, C, D, E> Bristle<T> for LuGre<C, KelvinVoigt<T, T, D>, E, T>
+impl<T, C, E> Bristle<T> for LuGre<C, KelvinVoigt<T>, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
-    D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
     type Deflection = T;
 
     #[inline(always)]
     fn affine(&self, surface: Surface<T>, _deflection: T) -> Affine<T> {
-        self.frozen(surface, &self.parts.series(surface)).1
+        self.frozen(surface, &self.frbd.series(surface)).1
     }
 
     #[inline(always)]
     fn affine_and_slopes(&self, surface: Surface<T>, _deflection: T) -> (Affine<T>, Affine<T>) {
-        let [series, slope] = self.parts.series_and_slopes(surface);
+        let [series, slope] = self.frbd.series_and_slopes(surface);
         let (inverse, affine) = self.frozen(surface, &series);
         let Series { elements, speed, .. } = series;
         let relaxation_slope =
@@ -233,9 +231,8 @@ where
         let slopes = Affine {
             relaxation: relaxation_slope,
             drive: T::zero(),
-            stiffness: -surface.apply(slope.elements.damping) * affine.relaxation
-                - surface.apply(elements.damping) * relaxation_slope,
-            damping: surface.apply(slope.elements.damping),
+            stiffness: -surface.apply(elements.damping) * relaxation_slope,
+            damping: T::zero(),
         };
         (affine, slopes)
     }
@@ -262,7 +259,7 @@ where
     }
 
     fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
-        self.parts.stationary(surface)
+        self.frbd.stationary(surface)
     }
 
     /// ∂ż/∂v = (|v|_ε/g)(g sgn_ε)' and ∂μ_b/∂v = σ1 ∂ż/∂v + σ2: the terms that cancel in steady
@@ -290,11 +287,11 @@ where
     }
 
     fn storage_stiffness(&self) -> T {
-        self.parts.storage_stiffness()
+        self.frbd.storage_stiffness()
     }
 
     fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
-        self.parts.holding_coefficient(surface, carried)
+        self.frbd.holding_coefficient(surface, carried)
     }
 
     fn form(&self) -> Form {
@@ -312,31 +309,30 @@ where
             Law::Passivity => self.is_passive(),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
-            Law::OddSymmetry => self.parts.obeys(law),
+            Law::OddSymmetry => self.frbd.obeys(law),
             Law::NoDrift => false,
         }
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let damping = self.rheology().bounds().damping;
         let inside = self.curve().viscous_friction() > T::zero();
         let name = if inside { "LuGre, viscous part inside g" } else { "classical LuGre" };
         let g = self.curve().bounds(T::unlimited());
-        // Necessary and sufficient for a constant σ1 and an exact modulus, where g is bounded.
-        let applies = damping.is_constant() && is_zero(self.regularisation().speed_at_rest());
-        let needed = finite(damping.max * (g.max - g.min) / g.min).filter(|_| applies);
+        // Necessary and sufficient for an exact modulus, where g is bounded.
+        let exact = is_zero(self.regularisation().speed_at_rest());
+        let needed = finite(self.damping() * (g.max - g.min) / g.min).filter(|_| exact);
         Some(Characteristics {
             name,
             viscous_friction: self.viscous,
             needed_viscous_friction: needed,
-            ..self.parts.characteristics(fastest)?
+            ..self.frbd.characteristics(fastest)?
         })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
         Limits::up_to(fastest, |fastest| {
             let g = self.curve().bounds(fastest);
-            let stiffness = self.parts.storage_stiffness();
+            let stiffness = self.frbd.storage_stiffness();
             let slope = self.curve().least_secant(self.regularisation(), fastest);
             Limits {
                 deflection: finite(g.max / stiffness),

@@ -11,9 +11,12 @@
 //! | ηᵢ | normalised damping of the dashpot in series with it; none in a static arm | s/m |
 //! | d | normalised damping of the dashpot beside all arms | s/m |
 //!
-//! Every passive bristle of linear springs and dashpots is equivalent to one of these. With a
-//! static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps, F_ss = p
-//! v/(|v|_ε/μ + 1/(Σηᵢ + d)).
+//! Every passive bristle of linear springs and dashpots is equivalent to one of these. A spring k₁
+//! in a row with a spring k₂ beside a dashpot η is [`GeneralisedMaxwell::zener`] with K₀ = s k₂,
+//! K₁ = s k₁ and the dashpot s² η, s = k₁/(k₁ + k₂).
+//!
+//! With a static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
+//! F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)).
 //!
 //! # Arms from measured moduli
 //!
@@ -50,7 +53,7 @@ use core::hint::black_box;
 
 use nalgebra::SVector;
 
-use super::{ElementBounds, Elements, VelocityLaw};
+use super::{ElementBounds, Elements};
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::Rheology;
 use crate::scalar::lit;
@@ -60,16 +63,16 @@ use crate::{Bounds, Scalar, Sliding};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct MaxwellArm<T, S = T> {
+pub struct MaxwellArm<T> {
     /// Normalised stiffness Kᵢ [1/m] of the spring, positive.
     pub stiffness: T,
-    /// Normalised damping ηᵢ [s/m] of the dashpot in series, positive: a number, or a law of the
-    /// velocity; none makes the arm static.
+    /// Normalised damping ηᵢ [s/m] of the dashpot in series, positive; none makes the
+    /// arm static.
     #[doc(alias = "eta")]
-    pub series_damping: Option<S>,
+    pub series_damping: Option<T>,
 }
 
-impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
+impl<T: Scalar> MaxwellArm<T> {
     /// Checks stiffness and damping under the names they have in a bristle.
     pub(super) fn check(
         &self,
@@ -77,7 +80,7 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
         damping: &'static str,
     ) -> Result<(), ParameterError> {
         Named(stiffness, self.stiffness).positive()?;
-        self.series_damping.as_ref().map_or(Ok(()), |law| law.bounds().positive(damping).map(drop))
+        self.series_damping.map_or(Ok(()), |value| Named(damping, value).positive().map(drop))
     }
 
     /// Checks the fastest decay rate K/η of a spring beside others. The modes of the step separate
@@ -87,38 +90,16 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
         let single = T::default_epsilon() > lit(1e-10);
         let limit: T = lit(if single { 1e10 } else { 1e50 });
         let (name, what) = ("stiffness over series_damping", "the fastest decay of an arm [1/s]");
-        Named(name, self.decay_bounds().max).at_most(what, limit).map(drop)
+        Named(name, self.decay()).at_most(what, limit).map(drop)
     }
 
-    /// The dashpot. A missing one is hidden from the optimiser, which would divide by the bytes in
-    /// its place and drop the result: as a subnormal number they cost 150 cycles.
+    /// The decay rate K/η [1/s], zero without a dashpot. A missing one is hidden from the
+    /// optimiser, which would divide by the bytes in its place and drop the result: as a subnormal
+    /// number they cost 150 cycles.
     #[inline(always)]
-    fn dashpot(&self) -> Option<&S> {
-        self.series_damping.as_ref().map(black_box)
-    }
-
-    /// The decay rate K/η(v) [1/s], zero without a dashpot, and its derivative with respect to the
-    /// signed velocity.
-    #[inline(always)]
-    fn decay(&self, sliding: Sliding<T>) -> T {
-        self.dashpot().map_or(T::zero(), |law| self.stiffness / law.value(sliding))
-    }
-
-    #[inline(always)]
-    pub(super) fn decay_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        self.dashpot().map_or((T::zero(), T::zero()), |law| {
-            let (damping, slope) = law.value_and_slope(sliding);
-            let decay = self.stiffness / damping;
-            (decay, -decay * slope / damping)
-        })
-    }
-
-    /// Range of the decay rate over all velocities.
-    pub(super) fn decay_bounds(&self) -> Bounds<T> {
-        self.series_damping.as_ref().map_or(Bounds::constant(T::zero()), |law| {
-            let bounds = law.bounds();
-            Bounds { min: self.stiffness / bounds.max, max: self.stiffness / bounds.min }
-        })
+    pub(super) fn decay(&self) -> T {
+        let dashpot = self.series_damping.as_ref().map(black_box);
+        dashpot.map_or(T::zero(), |&damping| self.stiffness / damping)
     }
 }
 
@@ -126,24 +107,15 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(deserialize = "T: serde::Deserialize<'de>, \
-                       S: serde::Deserialize<'de>, \
-                       D: serde::Deserialize<'de>"))
-)]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: serde::Serialize, S: serde::Serialize, D: serde::Serialize"))
-)]
-pub struct GeneralisedMaxwellParameters<T, const N: usize, S = T, D = T> {
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
+pub struct GeneralisedMaxwellParameters<T, const N: usize> {
     /// The arms, one at least. Their order is that of the state.
     #[cfg_attr(feature = "serde", serde(with = "crate::serialisation::array"))]
-    pub arms: [MaxwellArm<T, S>; N],
-    /// Normalised damping d [s/m] of the dashpot beside all arms, zero or positive: a number, or a
-    /// law of the velocity.
+    pub arms: [MaxwellArm<T>; N],
+    /// Normalised damping d [s/m] of the dashpot beside all arms, zero or positive.
     #[doc(alias = "sigma1")]
-    pub micro_damping: D,
+    pub micro_damping: T,
 }
 
 /// Springs side by side, each alone or behind a dashpot, and one dashpot beside them all.
@@ -166,14 +138,12 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize, S = T, D = T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GeneralisedMaxwell<T, const N: usize, S = T, D = T> {
-    arms: [MaxwellArm<T, S>; N],
-    damping: D,
+pub struct GeneralisedMaxwell<T, const N: usize> {
+    arms: [MaxwellArm<T>; N],
+    damping: T,
 }
 
-impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
-    GeneralisedMaxwell<T, N, S, D>
-{
+impl<T: Scalar, const N: usize> GeneralisedMaxwell<T, N> {
     /// Checks the parameters.
     ///
     /// # Errors
@@ -181,64 +151,39 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
     /// Names the parameter that is out of its range, and the arm. Refuses a bristle without arms,
     /// and an arm with a decay rate Kᵢ/ηᵢ above 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can
     /// tell from an instant: leave it out.
-    pub fn new(
-        parameters: GeneralisedMaxwellParameters<T, N, S, D>,
-    ) -> Result<Self, ParameterError> {
+    pub fn new(parameters: GeneralisedMaxwellParameters<T, N>) -> Result<Self, ParameterError> {
         let GeneralisedMaxwellParameters { arms, micro_damping } = parameters;
         Named("arms", N).count(1)?;
         for (i, arm) in arms.iter().enumerate() {
             let checked = arm.check("arms.stiffness", "arms.series_damping");
             ParameterError::of_component(i, checked.and_then(|()| arm.check_decay()))?;
         }
-        micro_damping.bounds().non_negative("micro_damping")?;
-        Ok(Self { arms, damping: micro_damping })
+        Ok(Self { arms, damping: Named("micro_damping", micro_damping).non_negative()? })
     }
 
     /// The arms, in the order of the state.
-    pub fn arms(&self) -> &[MaxwellArm<T, S>; N] {
+    pub fn arms(&self) -> &[MaxwellArm<T>; N] {
         &self.arms
     }
 
     /// The parameters, as they were given.
-    pub fn parameters(&self) -> GeneralisedMaxwellParameters<T, N, S, D> {
-        let (arms, micro_damping) = (self.arms.clone(), self.damping.clone());
-        GeneralisedMaxwellParameters { arms, micro_damping }
+    pub fn parameters(&self) -> GeneralisedMaxwellParameters<T, N> {
+        GeneralisedMaxwellParameters { arms: self.arms, micro_damping: self.damping }
     }
 }
 
-impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T>
-    for GeneralisedMaxwell<T, N, S, D>
-{
+impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedMaxwell<T, N> {
     type Deflection = SVector<T, N>;
-
-    #[inline(always)]
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, N>> {
-        Elements {
-            stiffness: self.storage_stiffness(),
-            decay: SVector::from_fn(|i, _| self.arms[i].decay(sliding)),
-            damping: self.damping.value(sliding),
-        }
-    }
 
     #[inline(always)]
     fn elements_and_slopes(
         &self,
-        sliding: Sliding<T>,
+        _: Sliding<T>,
     ) -> (Elements<T, SVector<T, N>>, Elements<T, SVector<T, N>>) {
-        let decays = self.arms.each_ref().map(|arm| arm.decay_and_slope(sliding));
-        let (damping, damping_slope) = self.damping.value_and_slope(sliding);
-        (
-            Elements {
-                stiffness: self.storage_stiffness(),
-                decay: SVector::from_fn(|i, _| decays[i].0),
-                damping,
-            },
-            Elements {
-                stiffness: SVector::zeros(),
-                decay: SVector::from_fn(|i, _| decays[i].1),
-                damping: damping_slope,
-            },
-        )
+        let decay = SVector::from_fn(|i, _| self.arms[i].decay());
+        let none =
+            Elements { stiffness: SVector::zeros(), decay: SVector::zeros(), damping: T::zero() };
+        (Elements { stiffness: self.storage_stiffness(), decay, damping: self.damping }, none)
     }
 
     #[inline]
@@ -247,22 +192,17 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T
     }
 
     fn bounds(&self) -> ElementBounds<T> {
-        let zero = Bounds::constant(T::zero());
-        let dashpots = || self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
-        let decay = self.arms.iter().map(MaxwellArm::decay_bounds);
-        ElementBounds {
-            stiffness: Bounds::constant(self.storage_stiffness().sum()),
-            decay: decay.reduce(Bounds::union).unwrap_or(zero),
-            damping: self.damping.bounds(),
-            constant_decay: dashpots().all(|dashpot| dashpot.bounds().is_constant()),
-            even: dashpots().all(VelocityLaw::is_even) && self.damping.is_even(),
-        }
+        let decay = self.arms.iter().map(|arm| Bounds::constant(arm.decay()));
+        let decay = decay.reduce(Bounds::union).unwrap_or(Bounds::constant(T::zero()));
+        let [stiffness, damping] =
+            [self.storage_stiffness().sum(), self.damping].map(Bounds::constant);
+        ElementBounds { decay, ..ElementBounds::elastic(stiffness, damping) }
     }
 }
 
-impl<T, const N: usize, S> GeneralisedMaxwell<T, N, S> {
+impl<T, const N: usize> GeneralisedMaxwell<T, N> {
     /// From parts that are in their ranges.
-    pub(super) fn from_parts(arms: [MaxwellArm<T, S>; N], damping: T) -> Self {
+    pub(super) fn from_parts(arms: [MaxwellArm<T>; N], damping: T) -> Self {
         Self { arms, damping }
     }
 }

@@ -22,7 +22,7 @@
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
-use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, VelocityLaw};
+use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm};
 use crate::parameter::ParameterError;
 use crate::rheology::Rheology;
 use crate::{Scalar, Sliding};
@@ -31,13 +31,12 @@ use crate::{Scalar, Sliding};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct MaxwellParameters<T, S = T> {
+pub struct MaxwellParameters<T> {
     /// Normalised stiffness K [1/m], positive.
     pub micro_stiffness: T,
-    /// Normalised damping η [s/m] of the dashpot in series, positive: a number, or a law of the
-    /// velocity.
+    /// Normalised damping η [s/m] of the dashpot in series, positive.
     #[doc(alias = "eta")]
-    pub series_damping: S,
+    pub series_damping: T,
 }
 
 /// A spring and a dashpot in series: a bristle that creeps.
@@ -57,15 +56,15 @@ pub struct MaxwellParameters<T, S = T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Maxwell<T, S = T>(MaxwellArm<T, S>);
+pub struct Maxwell<T>(MaxwellArm<T>);
 
-impl<T: Scalar, S: VelocityLaw<T>> Maxwell<T, S> {
+impl<T: Scalar> Maxwell<T> {
     /// Checks the parameters.
     ///
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn new(parameters: MaxwellParameters<T, S>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: MaxwellParameters<T>) -> Result<Self, ParameterError> {
         let MaxwellParameters { micro_stiffness: stiffness, series_damping } = parameters;
         let arm = MaxwellArm { stiffness, series_damping: Some(series_damping) };
         arm.check("micro_stiffness", "series_damping")?;
@@ -73,21 +72,18 @@ impl<T: Scalar, S: VelocityLaw<T>> Maxwell<T, S> {
     }
 
     /// The spring and its dashpot.
-    pub fn arm(&self) -> &MaxwellArm<T, S> {
+    pub fn arm(&self) -> &MaxwellArm<T> {
         &self.0
     }
 }
 
-impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Maxwell<T, S> {
+impl<T: Scalar> Rheology<T> for Maxwell<T> {
     type Deflection = T;
 
     #[inline(always)]
-    fn elements_and_slopes(&self, sliding: Sliding<T>) -> (Elements<T>, Elements<T>) {
-        let (zero, (decay, slope)) = (T::zero(), self.0.decay_and_slope(sliding));
-        (
-            Elements { stiffness: self.0.stiffness, decay, damping: zero },
-            Elements { stiffness: zero, decay: slope, damping: zero },
-        )
+    fn elements_and_slopes(&self, _: Sliding<T>) -> (Elements<T>, Elements<T>) {
+        let none = Elements { stiffness: T::zero(), decay: T::zero(), damping: T::zero() };
+        (Elements { stiffness: self.0.stiffness, decay: self.0.decay(), ..none }, none)
     }
 
     #[inline(always)]
@@ -96,6 +92,6 @@ impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Maxwell<T, S> {
     }
 
     fn bounds(&self) -> ElementBounds<T> {
-        GeneralisedMaxwell::from_parts([self.0.clone()], T::zero()).bounds()
+        GeneralisedMaxwell::from_parts([self.0], T::zero()).bounds()
     }
 }

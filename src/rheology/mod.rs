@@ -25,24 +25,20 @@
 //! of a system ([`States`]).
 
 mod deflection;
-mod generalised_kelvin_voigt;
 mod generalised_maxwell;
 mod kelvin_voigt;
 mod maxwell;
 mod modes;
-mod velocity_law;
 mod weights;
 mod zener;
 
 use core::fmt::Debug;
 
 pub use deflection::{Deflection, DiagonalPlusRankOne, HeldWeights, States};
-pub use generalised_kelvin_voigt::GeneralisedKelvinVoigt;
 pub use generalised_maxwell::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtParameters};
 pub use maxwell::{Maxwell, MaxwellParameters};
 pub use modes::Modes;
-pub use velocity_law::{VelocityDependent, VelocityLaw};
 pub use weights::Weights;
 pub use zener::ZenerParameters;
 
@@ -120,9 +116,9 @@ pub struct ElementBounds<T> {
 
 impl<T: Scalar> ElementBounds<T> {
     /// Of springs without series dashpots.
-    pub(crate) fn elastic(stiffness: Bounds<T>, damping: Bounds<T>, even: bool) -> Self {
+    pub(crate) fn elastic(stiffness: Bounds<T>, damping: Bounds<T>) -> Self {
         let decay = Bounds::constant(T::zero());
-        Self { stiffness, decay, damping, constant_decay: true, even }
+        Self { stiffness, decay, damping, constant_decay: true, even: true }
     }
 }
 
@@ -140,7 +136,6 @@ impl<T: Scalar> ElementBounds<T> {
 /// | [`Maxwell`] | one, behind a dashpot | creeps |
 /// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve |
 /// | [`GeneralisedMaxwell`] | N in parallel, some behind dashpots | on the curve, or creeps |
-/// | [`GeneralisedKelvinVoigt`] | N in a row, each with a dashpot beside it | on the curve |
 ///
 /// # Energy
 ///

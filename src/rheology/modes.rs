@@ -190,7 +190,7 @@ fn coupled<T: Scalar, const N: usize>(
     }
     let poles = springs.map(|spring| spring.pole);
     for (j, spring) in springs.iter_mut().enumerate() {
-        spring.root = root(&poles, one, j);
+        spring.root = root(&poles, j);
     }
     // Each spring with the root above it, back where it came from.
     springs.sort_unstable_by_key(|spring| spring.index);
@@ -220,16 +220,16 @@ fn coupled<T: Scalar, const N: usize>(
 
 /// A term of the secular equation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pole<T> {
+struct Pole<T> {
     /// aᵢ
-    pub(super) rate: T,
+    rate: T,
     /// wᵢ
-    pub(super) weight: T,
+    weight: T,
 }
 
 /// A root of the secular equation, as a distance from the nearer of the two aᵢ around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Root<T> {
+struct Root<T> {
     nearest: T,
     /// ±1
     side: T,
@@ -242,12 +242,12 @@ impl<T: Scalar> Root<T> {
     }
 
     /// λ
-    pub(super) fn value(&self) -> T {
+    fn value(&self) -> T {
         self.nearest + self.side * self.distance
     }
 
     /// λ − a
-    pub(super) fn above(&self, rate: T) -> T {
+    fn above(&self, rate: T) -> T {
         (self.nearest - rate) + self.side * self.distance
     }
 }
@@ -260,22 +260,17 @@ struct Spring<T> {
     root: Root<T>,
 }
 
-/// The j-th root of c = Σ wᵢ/(λ − aᵢ) for increasing aᵢ, positive wᵢ, and c positive, or zero (then
-/// there is none above all aᵢ).
-pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<T> {
-    let (zero, half) = (T::zero(), lit::<T>(0.5));
+/// The j-th root of 1 = Σ wᵢ/(λ − aᵢ) for increasing aᵢ and positive wᵢ.
+fn root<T: Scalar>(poles: &[Pole<T>], j: usize) -> Root<T> {
+    let (zero, one, half) = (T::zero(), T::one(), lit::<T>(0.5));
     let Some(&Pole { rate: before, .. }) = poles.get(j) else { return Root::nowhere() };
     let next = poles.get(j + 1).map(|pole| pole.rate);
     let (last, after) = (next.is_none(), next.unwrap_or(before));
     let width = after - before;
-    let reach = if last {
-        poles.iter().fold(zero, |sum, pole| sum + pole.weight) / constant
-    } else {
-        width * half
-    };
-    let at_middle = || {
-        poles.iter().fold(constant, |sum, pole| sum - pole.weight / (before - pole.rate + reach))
-    };
+    let reach =
+        if last { poles.iter().fold(zero, |sum, pole| sum + pole.weight) } else { width * half };
+    let at_middle =
+        || poles.iter().fold(one, |sum, pole| sum - pole.weight / (before - pole.rate + reach));
     let (nearest, side) =
         if last || at_middle() >= zero { (before, T::one()) } else { (after, -T::one()) };
     let (mut low, mut high, mut distance) = (zero, reach, reach);
@@ -285,7 +280,7 @@ pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<
             if side > zero { (distance, width - distance) } else { (width - distance, distance) };
         // The terms with poles at and below aⱼ are like l₀ + l₁/(λ − aⱼ), those above like
         // r₀ + r₁/(aⱼ₊₁ − λ), in value and slope. All sums are of positive numbers.
-        let (mut below, mut above, mut l1, mut r1, mut rest) = (zero, zero, zero, zero, constant);
+        let (mut below, mut above, mut l1, mut r1, mut rest) = (zero, zero, zero, zero, one);
         for (i, pole) in poles.iter().enumerate() {
             let inverse = T::one() / Root { nearest, side, distance }.above(pole.rate);
             let term = pole.weight * inverse;
@@ -301,7 +296,7 @@ pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<
                 rest += term * inverse * (pole.rate - after);
             }
         }
-        let excess = (constant - below) + above;
+        let excess = (one - below) + above;
         if (excess > zero) == (side > zero) {
             high = distance;
         } else {

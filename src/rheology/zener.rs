@@ -18,7 +18,7 @@
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
-use super::{GeneralisedMaxwell, MaxwellArm, VelocityLaw};
+use super::{GeneralisedMaxwell, MaxwellArm};
 use crate::Scalar;
 use crate::parameter::ParameterError;
 
@@ -26,17 +26,17 @@ use crate::parameter::ParameterError;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct ZenerParameters<T, S = T> {
+pub struct ZenerParameters<T> {
     /// Normalised stiffness K₀ [1/m] of the static spring, positive.
     pub static_stiffness: T,
     /// Normalised stiffness K₁ [1/m] of the spring behind the dashpot, positive.
     pub relaxing_stiffness: T,
-    /// Normalised damping η [s/m] of the dashpot, positive: a number, or a law of the velocity.
+    /// Normalised damping η [s/m] of the dashpot, positive.
     #[doc(alias = "eta")]
-    pub series_damping: S,
+    pub series_damping: T,
 }
 
-impl<T: Scalar, S: VelocityLaw<T>> GeneralisedMaxwell<T, 2, S> {
+impl<T: Scalar> GeneralisedMaxwell<T, 2> {
     /// A spring beside a spring with a dashpot: the standard linear solid.
     ///
     /// ```
@@ -108,7 +108,7 @@ impl<T: Scalar, S: VelocityLaw<T>> GeneralisedMaxwell<T, 2, S> {
     /// Names the parameter that is out of its range. Also refuses a decay rate K₁/η above
     /// 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can tell from an instant.
     #[doc(alias = "standard linear solid")]
-    pub fn zener(parameters: ZenerParameters<T, S>) -> Result<Self, ParameterError> {
+    pub fn zener(parameters: ZenerParameters<T>) -> Result<Self, ParameterError> {
         let ZenerParameters { static_stiffness, relaxing_stiffness, series_damping } = parameters;
         let arms = [
             MaxwellArm { stiffness: static_stiffness, series_damping: None },

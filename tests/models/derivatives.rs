@@ -8,12 +8,13 @@
 //! roundings of it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle::rheology::{Elements, KelvinVoigt, Rheology, VelocityDependent};
-use bristle::{Affine, Branch, Law, Scalar, Sliding, Surface};
+use bristle::rheology::{Elements, KelvinVoigt, Rheology};
+use bristle::{Affine, Branch, Law, Surface};
 use bristle_specimens::closed_form::{
     Coefficients, Curve, DAMPING_VARIATION, Element, Family, Modulus, Partials,
     STIFFNESS_VARIATION, Table,
 };
+use bristle_specimens::own_rheology::own_element;
 use bristle_specimens::recipe::{Recipe, fraction, nonzero_velocity, recipe, scale};
 use bristle_specimens::specimens::{
     Specimen, curves, kelvin_voigt, regularisations, specimens, spring, varying_damping,
@@ -144,39 +145,19 @@ fn the_slopes_of_every_bristle_are_its_derivatives() {
         let spring64: KelvinVoigt<f64> = spring(r.stiffness);
         assert_elements(&spring64, &spring::<Dual64>(lit(r.stiffness)), v, (0.0, 0.0), "spring");
         let constant: KelvinVoigt<f64> = kelvin_voigt(r.stiffness, r.damping);
-        let dual =
-            kelvin_voigt::<Dual64, _, _>(lit::<Dual64>(r.stiffness), lit::<Dual64>(r.damping));
+        let dual = kelvin_voigt::<Dual64>(lit(r.stiffness), lit(r.damping));
         assert_elements(&constant, &dual, v, (0.0, 0.0), "Kelvin–Voigt");
         // (1/√(1+u²))(1 − u²/(1+u²)) is how the dual numbers see the slope of u/√(1+u²).
         let u = v / r.varying_velocity;
         let terms = 2.0 / 1.0_f64.hypot(u) / r.varying_velocity;
         assert_elements(
-            &kelvin_voigt::<f64, _, _>(varying_stiffness(&r), varying_damping(&r)),
-            &kelvin_voigt::<Dual64, _, _>(varying_stiffness(&r), varying_damping(&r)),
+            &own_element::<f64>(varying_stiffness(&r), varying_damping(&r)),
+            &own_element::<Dual64>(varying_stiffness(&r), varying_damping(&r)),
             v,
             (terms * STIFFNESS_VARIATION * r.stiffness, terms * DAMPING_VARIATION * r.damping),
             "Kelvin–Voigt of two laws",
         );
     });
-}
-
-#[test]
-fn a_law_of_the_speed_stays_smooth_on_a_locked_branch() {
-    /// σ1(|v|) = 1/(1 + |v|), written as the documentation of `Varying` asks.
-    fn law<T: Scalar>() -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone> {
-        VelocityDependent::new(
-            |sliding: Sliding<T>| {
-                let value = T::one() / (T::one() + sliding.speed());
-                (value, -value * value * sliding.direction())
-            },
-            bristle::Bounds { min: T::zero(), max: T::one() },
-        )
-    }
-    let exact = kelvin_voigt::<f64, _, _>(1e4, law::<f64>());
-    let dual = kelvin_voigt::<Dual64, _, _>(lit::<Dual64>(1e4), law::<Dual64>());
-    for v in [-0.3, -1e-9, 1e-9, 0.3] {
-        assert_elements(&exact, &dual, v, (0.0, 2.0), "σ1(|v|)");
-    }
 }
 
 // ---------------------------------------------------------------------------------------------

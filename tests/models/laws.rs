@@ -7,10 +7,11 @@ use bristle::regularisation::SquareRoot;
 use bristle::rheology::Deflection;
 use bristle::{Affine, Bounds, Bristle, Contact, FrBd, Law, LuGre, Scalar};
 use bristle_specimens::closed_form::{ClosedForm, Curve, Element, Family, Modulus};
+use bristle_specimens::own_rheology::own_element;
 use bristle_specimens::recipe::{Recipe, State, decades, recipe, state};
 use bristle_specimens::specimens::{
     Specimen, coulomb, dahl, elasto_plastic, hyperbolic_tangent, kelvin_voigt, rational, specimens,
-    spring, square_root, stribeck, varying_damping, varying_stiffness,
+    spring, square_root, stribeck, table_2_bristle, table_2_curve, varying_stiffness,
 };
 use bristle_specimens::{assert_within, check, integral, root};
 use proptest::prelude::*;
@@ -182,7 +183,7 @@ fn lugre_without_damping_and_viscosity_is_frbd_on_a_spring() {
         let frbd = FrBd::new(curve(), spring(recipe.stiffness));
         let (v, e) = (state.velocity, square_root(&recipe));
         assert_same(&LuGre::classical(curve(), undamped()), &frbd, v, z, "classical LuGre");
-        let inside = LuGre::with_viscous_part_inside(curve(), undamped());
+        let inside = LuGre::with_viscous_friction(curve(), undamped(), 0.0).unwrap();
         assert_same(&inside, &frbd, v, z, "LuGre, viscous part inside");
         assert_same(&inside.regularised(e), &frbd.regularised(e), v, z, "regularised LuGre");
         for law in Law::ALL {
@@ -192,17 +193,29 @@ fn lugre_without_damping_and_viscosity_is_frbd_on_a_spring() {
 }
 
 #[test]
+fn lugre_of_an_frbd_model_has_its_parts_and_no_negative_viscous_friction() {
+    let (curve, bristle) = (table_2_curve::<f64>(), table_2_bristle());
+    let frbd = FrBd::new(curve, bristle);
+    let lugre = LuGre::with_viscous_friction(curve, bristle, 0.3).unwrap();
+    assert_eq!(LuGre::of_frbd(frbd, 0.3), lugre);
+    for refused in [-0.3, f64::NAN] {
+        assert!(LuGre::of_frbd(frbd, refused).coefficient(1.0, 0.0).is_nan());
+        assert!(LuGre::with_viscous_friction(curve, bristle, refused).is_err());
+    }
+}
+
+#[test]
 fn an_elasto_plastic_bristle_beyond_its_full_deflection_is_frbds() {
     check(128, (recipe(), state(), 1.0..10.0), |(recipe, state, beyond)| {
         let (curve, bristle) =
-            (stribeck(&recipe, 0.7), kelvin_voigt(recipe.stiffness, varying_damping(&recipe)));
+            (stribeck(&recipe, 0.7), kelvin_voigt(recipe.stiffness, recipe.damping));
         let stick_limit = recipe.stick_fraction * recipe.dynamic / recipe.stiffness;
-        let plastic = elasto_plastic(curve, bristle.clone(), stick_limit);
+        let plastic = elasto_plastic(curve, bristle, stick_limit);
         let v = if state.velocity == 0.0 { 1.0 } else { state.velocity };
         // One rounding above z_m at least.
         let z = beyond * (1.0 + 1e-15) * plastic.stationary(v);
         assert_eq!(plastic.plasticity(v, z), 1.0);
-        assert_same(&plastic, &FrBd::new(curve, bristle.clone()), v, z, "α = 1");
+        assert_same(&plastic, &FrBd::new(curve, bristle), v, z, "α = 1");
         let (plastic, frbd) = (
             plastic.regularised(square_root(&recipe)),
             FrBd::new(curve, bristle).regularised(square_root(&recipe)),
@@ -527,7 +540,7 @@ fn the_relaxation_limits_of_table_2_are_known() {
     let rate = FrBd::new(curve(), bristle()).limits(f64::INFINITY).relaxation_rate.unwrap();
     // The critical step of Euler's method with the velocity held, 2/λ = 0.012908 s.
     assert_within(1e-12, 1.0, 2.0 / rate, 0.012908, || "Euler".into());
-    let inside = LuGre::with_viscous_part_inside(curve(), bristle());
+    let inside = LuGre::with_viscous_friction(curve(), bristle(), 0.0).unwrap();
     assert_within(
         ROUNDING,
         2.5e5,
@@ -613,7 +626,10 @@ fn the_force_of_lugre_leaves_the_curve_and_that_of_frbd_does_not() {
     let (curve, bristle) = (|| stribeck(&r, 2.0), || kelvin_voigt(r.stiffness, r.damping));
     // At z = 0, v = 1 m/s: σ1 + σ2 = 64.5 + 0.04, and σ1 alone.
     assert_eq!(LuGre::classical(curve(), bristle()).coefficient(1.0, 0.0), 64.54);
-    assert_eq!(LuGre::with_viscous_part_inside(curve(), bristle()).coefficient(1.0, 0.0), 64.5);
+    assert_eq!(
+        LuGre::with_viscous_friction(curve(), bristle(), 0.0).unwrap().coefficient(1.0, 0.0),
+        64.5
+    );
     let frbd = FrBd::new(curve(), bristle()).coefficient(1.0, 0.0);
     assert_within(5e-5, 1.0, frbd, 1.0235, || "FrBD".into());
 }
@@ -643,7 +659,11 @@ fn the_energy_machine_draws_energy_from_lugre_and_none_from_frbd() {
     // follows from the mean of the exponential. Given to half of their last digit.
     for (got, want, half_digit) in [
         (work(LuGre::classical(curve(), bristle())), -0.017_813_4, 0.5e-7),
-        (work(LuGre::with_viscous_part_inside(curve(), bristle())), -0.000_747_45, 0.5e-8),
+        (
+            work(LuGre::with_viscous_friction(curve(), bristle(), 0.0).unwrap()),
+            -0.000_747_45,
+            0.5e-8,
+        ),
         (work(FrBd::new(curve(), bristle())), 0.002_382_6, 0.5e-7),
     ] {
         assert!((got - want).abs() <= half_digit, "{got} is not {want}");
@@ -673,7 +693,7 @@ fn a_stiffness_that_depends_on_the_velocity_needs_enough_damping() {
             return;
         }
         let form = ClosedForm { recipe: r, ..form };
-        let model = FrBd::new(stribeck(&r, 2.0), kelvin_voigt(varying_stiffness(&r), r.damping));
+        let model = FrBd::new(stribeck(&r, 2.0), own_element(varying_stiffness(&r), r.damping));
         assert!(!model.obeys(Law::Passivity), "a closure does not allow to tell");
         let contact = model.under_load(r.load).unwrap();
         // The deflection at which the quadratic is least.
@@ -704,7 +724,7 @@ fn without_damping_a_varying_stiffness_always_gives_energy_somewhere() {
     check(128, (recipe(), bristle_specimens::recipe::nonzero_velocity()), |(r, v)| {
         // A spring that stiffens with v > 0 and is held stretched against it.
         let v = v.signum() * r.varying_velocity * (1.0 + v.abs());
-        let model = FrBd::new(stribeck(&r, 2.0), kelvin_voigt(varying_stiffness(&r), 0.0));
+        let model = FrBd::new(stribeck(&r, 2.0), own_element(varying_stiffness(&r), 0.0));
         assert!(!model.obeys(Law::Passivity));
         let form = closed(&r, Family::FrBd, Curve::Stribeck(2.0), Element::None);
         let form = ClosedForm { stiffness: Element::Varying, ..form };
@@ -1328,11 +1348,6 @@ fn cannot_tell(specimen: &Specimen<f64>, law: Law) -> Option<&'static str> {
         {
             Some("the theorem is for ε = 0")
         }
-        Law::Passivity
-            if lugre && form.curve == Curve::Coulomb && form.damping == Element::Varying =>
-        {
-            Some("the theorem is for constant σ1")
-        }
         Law::BoundedForce
             if form.family == Family::LuGreClassical
                 && (form.curve, form.damping) == (Curve::Coulomb, Element::None) =>
@@ -1389,7 +1404,7 @@ fn a_curve_without_an_upper_bound_does_not_tell_about_deflection_and_force() {
     assert_eq!(model.limits(1.0).coefficient, None);
     assert!(model.obeys(Law::Passivity) && model.obeys(Law::BoundedRelaxation));
     // 64.5² is more than 4·64.5 times μ/|v| ≥ 0, and no deflection is the largest.
-    let lugre = LuGre::with_viscous_part_inside(curve, kelvin_voigt(1e4, 64.5));
+    let lugre = LuGre::with_viscous_friction(curve, kelvin_voigt(1e4, 64.5), 0.0).unwrap();
     assert!(!lugre.obeys(Law::Passivity) && !lugre.obeys(Law::BoundedDeflection));
     // A companion step cuts nothing off: it stores what its exact step stretches the bristle by.
     let companion = model.under_load(1.0).unwrap().companion(1.0).unwrap();

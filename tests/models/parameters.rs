@@ -7,10 +7,10 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
-use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, VelocityDependent};
+use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
     Bounds, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, ParameterError,
-    Rule, Scalar, Sliding,
+    Rule, Scalar,
 };
 use bristle_specimens::lit;
 use bristle_specimens::recipe::Recipe;
@@ -130,17 +130,6 @@ fn gates<T: Scalar>() -> Vec<Gate<T>> {
     list.push(plain("FunctionCurve", "bounds.min", Kind::Positive, |min: T| {
         let bounds = Bounds { min, max: lit(1e15) };
         FunctionCurve::new(|speed: T| (speed, T::one()), bounds).map(drop)
-    }));
-    let constant = |_: Sliding<T>| (T::one(), T::zero());
-    list.push(plain("Varying", "micro_stiffness", Kind::Positive, move |min: T| {
-        let micro_stiffness = VelocityDependent::new(constant, Bounds { min, max: lit(1e15) });
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping: T::zero() })
-            .map(drop)
-    }));
-    list.push(plain("Varying", "micro_damping", Kind::NonNegative, move |min: T| {
-        let micro_damping = VelocityDependent::new(constant, Bounds { min, max: lit(1e15) });
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: T::one(), micro_damping })
-            .map(drop)
     }));
     list.push(plain("ElastoPlastic", "stick_limit", Kind::Positive, |stick_limit: T| {
         ElastoPlastic::new(
@@ -276,29 +265,12 @@ fn bounds_are_in_order() {
     let curve = |min, max| {
         FunctionCurve::new(|speed: f64| (1.0 + speed, 1.0), Bounds { min, max }).map(drop)
     };
-    let law = |min, max| VelocityDependent::new(|_: Sliding<f64>| (1.0, 0.0), Bounds { min, max });
-    let damped = |min, max| {
-        let micro_damping = law(min, max);
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping }).map(drop)
-    };
-    let stiff = |min, max| {
-        let micro_stiffness = law(min, max);
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping: 1.0 }).map(drop)
-    };
-    let own = |name| ("its lower bound", name);
-    for (build, (other, name)) in [
-        (&curve as &dyn Fn(f64, f64) -> Result<(), ParameterError>, ("bounds.min", "bounds.max")),
-        (&damped, own("micro_damping")),
-        (&stiff, own("micro_stiffness")),
-    ] {
-        for max in [0.5_f64.next_down(), -1.0, 0.0, f64::NAN, f64::NEG_INFINITY] {
-            let rule = Rule::AtLeast { other, limit: 0.5 };
-            assert_refused(build(0.5, max), (name, None, max, rule), name);
-        }
-        assert_eq!(build(0.5, 0.5), Ok(()));
-        assert_eq!(build(0.5, f64::INFINITY), Ok(()));
+    for max in [0.5_f64.next_down(), -1.0, 0.0, f64::NAN, f64::NEG_INFINITY] {
+        let rule = Rule::AtLeast { other: "bounds.min", limit: 0.5 };
+        assert_refused(curve(0.5, max), ("bounds.max", None, max, rule), "bounds.max");
     }
-    assert_eq!(damped(0.0, 0.0), Ok(()));
+    assert_eq!(curve(0.5, 0.5), Ok(()));
+    assert_eq!(curve(0.5, f64::INFINITY), Ok(()));
 }
 
 #[test]
@@ -604,7 +576,7 @@ fn assert_everything_finite<T: Scalar>(e: &Extremes) {
     let model = FrBd::new(stribeck, damped()).regularised(tangent);
     assert_model_finite(model, load, &|| name("FrBd, hyperbolic tangent"));
     assert_model_finite(LuGre::classical(stribeck, damped()), load, &|| name("LuGre"));
-    let model = LuGre::with_viscous_part_inside(stribeck, damped());
+    let model = LuGre::with_viscous_friction(stribeck, damped(), T::zero()).unwrap();
     assert_model_finite(model, load, &|| name("LuGre, viscous part inside"));
     let model = Dahl::new(DahlParameters {
         dynamic_coefficient: lit::<T>(e.dynamic),
@@ -735,7 +707,7 @@ fn a_locked_branch_ends_a_third_of_the_way_to_its_pole_and_not_before() {
             assert_pole(&plastic.unwrap(), branch, before, beyond, -d * 1.0);
             // LuGre's g knows no damping.
             let pole = d * r.dynamic / r.viscous / 3.0;
-            let inside = LuGre::with_viscous_part_inside(coulomb::<f64>(&r), bristle());
+            let inside = LuGre::with_viscous_friction(coulomb::<f64>(&r), bristle(), 0.0).unwrap();
             assert_pole(&inside, branch, pole * (1.0 - 1e-9), pole * (1.0 + 1e-9), 5e-5);
             let classical = LuGre::classical(coulomb::<f64>(&r), bristle());
             assert!(classical.coefficient(branch.of(10.0 * pole), 5e-5).is_finite());

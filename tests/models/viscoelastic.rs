@@ -5,16 +5,14 @@
 
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::rheology::{
-    Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    HeldWeights, Maxwell, MaxwellArm, MaxwellParameters, Rheology, VelocityDependent, VelocityLaw,
-    ZenerParameters,
+    Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, HeldWeights, Maxwell, MaxwellArm,
+    MaxwellParameters, Rheology, ZenerParameters,
 };
-use bristle::{Bounds, Bristle, FrBd, Law, LuGre, ParameterError, Rule, Scalar, Sliding};
+use bristle::{Bristle, FrBd, Law, LuGre, ParameterError, Rule, Scalar};
 use bristle_specimens::recipe::{Recipe, decades, nonzero_velocity, recipe, velocity};
 use bristle_specimens::specimens::{kelvin_voigt, spring, stribeck};
 use bristle_specimens::viscoelastic::{
-    Change, Form, arms, case, element, every, maxwell, parts, row, sorted, specimens, stretches,
-    varying, zener,
+    Change, Form, arms, case, every, maxwell, own_arms, parts, specimens, stretches, varying, zener,
 };
 use bristle_specimens::{assert_within, check};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector2, Vector3};
@@ -580,14 +578,8 @@ fn a_passive_step_balances_its_energy_for_any_prediction() {
         let three = SVector::<f64, 3>::from_fn(|i, _| x(i, k[i]));
         let bristle = arms([(k[0], None), (k[1], Some(e[1])), (k[2], Some(e[2]))], p.beside);
         assert_passive_step(&r, bristle, step, three);
-        let bristle = arms(
-            [(k[0], Some(e[0])), (k[1], Some(e[1])), (k[2], Some(e[2]))],
-            varying(&r, p.beside),
-        );
-        assert_passive_step(&r, bristle, step, three);
-        let bristle = row::<f64, 3>(sorted(&p));
-        let stiffness = bristle.storage_stiffness();
-        let three = SVector::<f64, 3>::from_fn(|i, _| x(i, stiffness[i]));
+        let creeping = [0, 1, 2].map(|i| (k[i], Some(e[i].into())));
+        let bristle = own_arms(creeping, varying(&r, p.beside));
         assert_passive_step(&r, bristle, step, three);
     });
 }
@@ -620,31 +612,24 @@ fn a_mass_on_viscoelastic_bristles_never_gains_energy_however_long_the_step() {
 fn one_static_arm_is_a_kelvin_voigt_bristle() {
     check(64, case(), |(r, p, v, forces)| {
         let (k, d, x) = (p.stiffness[0], p.beside, forces[0] * r.static_ / p.stiffness[0]);
-        let one = FrBd::new(stribeck(&r, 2.0), arms([(k, None::<f64>)], d));
+        let one = FrBd::new(stribeck(&r, 2.0), arms([(k, None)], d));
         let same = FrBd::new(stribeck(&r, 2.0), kelvin_voigt(k, d));
-        let row = FrBd::new(stribeck(&r, 2.0), row([(k, d)]));
-        for (got, got_row, want) in [
-            (one.rate(v, [x].into())[0], row.rate(v, [x].into())[0], same.rate(v, x)),
-            (
-                one.coefficient(v, [x].into()),
-                row.coefficient(v, [x].into()),
-                same.coefficient(v, x),
-            ),
+        for (got, want) in [
+            (one.rate(v, [x].into())[0], same.rate(v, x)),
+            (one.coefficient(v, [x].into()), same.coefficient(v, x)),
             (
                 one.hold(v, [x].into(), 1e-3).mean_coefficient,
-                row.hold(v, [x].into(), 1e-3).mean_coefficient,
                 same.hold(v, x, 1e-3).mean_coefficient,
             ),
-            (one.stationary(v)[0], row.stationary(v)[0], same.stationary(v)),
+            (one.stationary(v)[0], same.stationary(v)),
         ] {
             // Differences of the terms K x and d v.
             let scale = want.abs() + r.static_ * 3.0 * (1.0 + v.abs() + (v / d).abs()) + v.abs();
             let scale = scale + r.static_ * v.abs() + forces[0].abs() / d * r.static_;
             assert_within(ROUNDING, scale, got, want, || "arm".into());
-            assert_within(ROUNDING, scale, got_row, want, || "row".into());
         }
         assert_eq!(one.limits(1.0), same.limits(1.0));
-        let undamped = FrBd::new(stribeck(&r, 2.0), arms([(k, None::<f64>)], 0.0));
+        let undamped = FrBd::new(stribeck(&r, 2.0), arms([(k, None)], 0.0));
         assert_eq!(
             undamped.rate(v, [x].into())[0],
             FrBd::new(stribeck(&r, 2.0), spring(k)).rate(v, x)
@@ -760,101 +745,6 @@ fn a_fast_arm_is_a_dashpot_and_a_slow_one_a_spring() {
     assert_within(1e-8, 1.0, gone.0, soft.0, || "η → 0".into());
 }
 
-#[test]
-fn a_row_stores_in_its_own_springs_what_its_equivalent_says() {
-    let alone = any::<bool>();
-    check(128, (parts(), alone, prop::array::uniform4(-3.0..3.0)), |(p, alone, forces)| {
-        let mut elements = sorted::<4>(&p);
-        if alone {
-            elements[0].1 = 0.0;
-        }
-        let bristle = row::<f64, 4>(elements);
-        let k = bristle.storage_stiffness();
-        // The deflection is the sum of the elongations, at any state: Σ eⱼ; and for the equivalent
-        // it is the stretch of the static arm.
-        let x = SVector::<f64, 4>::from_fn(|i, _| forces[i] / k[i].sqrt());
-        let e = bristle.elongations(x);
-        let row_energy: f64 = elements.iter().zip(e.iter()).map(|((k, _), e)| k * e * e).sum();
-        let energy = k.component_mul(&x).dot(&x);
-        assert_within(1e-11, energy, row_energy, energy, || format!("{elements:?}"));
-        let terms: f64 = e.iter().map(|e| e.abs()).sum();
-        let scale = terms + x[0].abs();
-        // Through compliances of up to 1/√K of each, however different.
-        let worst = elements.iter().map(|(k, _)| 1.0 / k.sqrt()).sum::<f64>() * energy.sqrt();
-        assert_within(1e-11, scale + worst, e.sum(), x[0], || format!("z of {elements:?}"));
-    });
-}
-
-#[test]
-fn a_row_answers_with_the_sum_of_its_compliances() {
-    let strategy = (parts(), any::<bool>(), decades(1e-6, 1e8));
-    check(256, strategy, |(p, alone, omega)| {
-        let mut elements = sorted::<5>(&p);
-        if alone {
-            elements[0].1 = 0.0;
-        }
-        let got = row::<f64, 5>(elements).complex_modulus(omega);
-        // 1/Σ 1/(K + iωη).
-        let (mut re, mut im) = (0.0, 0.0);
-        for (k, eta) in elements {
-            let size = k * k + (omega * eta).powi(2);
-            re += k / size;
-            im -= omega * eta / size;
-        }
-        let size = re * re + im * im;
-        let (storage, loss) = (re / size, -im / size);
-        // Each part accurate in itself: all terms are positive on either side. Retardation times
-        // may be as close as 1.5 to each other; further apart is easier.
-        assert_within(1e-11, storage, got.re, storage, || format!("G' at {omega:e}"));
-        assert_within(1e-11, loss, got.im, loss, || format!("G'' at {omega:e}"));
-    });
-}
-
-#[test]
-fn two_elements_in_a_row_are_a_zener_bristle_in_closed_form() {
-    check(128, (decades(1e1, 1e8), decades(1e1, 1e8), decades(1e-2, 1e6)), |(spring, k, eta)| {
-        let bristle = row::<f64, 2>([(spring, 0.0), (k, eta)]);
-        let [soft, relaxing] = *bristle.equivalent().arms();
-        let share = spring / (spring + k);
-        assert_within(ROUNDING, 1.0, soft.stiffness / (share * k), 1.0, || "K₀".into());
-        assert_within(ROUNDING, 1.0, relaxing.stiffness / (share * spring), 1.0, || "K₁".into());
-        let damping = relaxing.series_damping.unwrap();
-        assert_within(ROUNDING, 1.0, damping / (eta * share * share), 1.0, || "η".into());
-        assert_eq!(soft.series_damping, None);
-    });
-}
-
-#[test]
-fn a_row_elongates_as_its_elements_do() {
-    // F/p = Kⱼeⱼ + ηⱼėⱼ for every element, with ėⱼ from the rate of the state.
-    check(128, (recipe(), parts(), any::<bool>(), velocity()), |(r, p, alone, v)| {
-        let mut elements = sorted::<3>(&p);
-        if alone {
-            elements[0].1 = 0.0;
-        }
-        let bristle = row::<f64, 3>(elements);
-        let model = FrBd::new(stribeck(&r, 2.0), bristle);
-        let k = bristle.storage_stiffness();
-        let x = SVector::<f64, 3>::from_fn(|i, _| r.static_ * [0.7, -0.4, 0.2][i] / k[i]);
-        let (e, rate) = (bristle.elongations(x), bristle.elongations(model.rate(v, x)));
-        let force = model.coefficient(v, x);
-        // The rate goes through Σ Kᵢẋᵢ/(Kⱼ − aᵢηⱼ), terms that cancel.
-        let size = model.rate(v, x).component_mul(&k).abs();
-        for (j, (stiffness, damping)) in elements.iter().enumerate() {
-            let terms: f64 = (0..3)
-                .map(|i| {
-                    let mut unit = SVector::<f64, 3>::zeros();
-                    unit[i] = size[i] / k[i];
-                    bristle.elongations(unit)[j].abs()
-                })
-                .sum();
-            let scale = r.static_ + (stiffness * e[j]).abs() + damping * terms + force.abs();
-            let got = stiffness * e[j] + damping * rate[j];
-            assert_within(1e-11, scale, got, force, || format!("element {j} of {elements:?}"));
-        }
-    });
-}
-
 // ---------------------------------------------------------------------------------------------
 // The complex modulus
 // ---------------------------------------------------------------------------------------------
@@ -881,6 +771,25 @@ fn the_complex_modulus_is_the_sum_of_its_arms() {
     assert_eq!((flowing.re, flowing.im), (0.0, 0.0));
     let fast = zener(1e4, 2e4, 50.0).complex_modulus(1e300);
     assert_within(ROUNDING, 3e4, fast.re, 3e4, || "G'(∞)".into());
+}
+
+#[test]
+fn a_spring_in_a_row_with_a_kelvin_voigt_element_is_a_zener_bristle() {
+    let of_each = || decades(1e1, 1e8);
+    check(
+        128,
+        (of_each(), of_each(), decades(1e-2, 1e6), decades(1e-6, 1e8)),
+        |(k1, k2, eta, w)| {
+            let s = k1 / (k1 + k2);
+            let got = zener(s * k2, s * k1, s * s * eta).complex_modulus(w);
+            // 1/(1/k₁ + 1/(k₂ + iωη)).
+            let size = k2 * k2 + (w * eta).powi(2);
+            let (re, im) = (1.0 / k1 + k2 / size, -w * eta / size);
+            let (storage, loss) = (re / (re * re + im * im), -im / (re * re + im * im));
+            assert_within(ROUNDING, storage, got.re, storage, || format!("G' at {w:e}"));
+            assert_within(ROUNDING, loss, got.im, loss, || format!("G'' at {w:e}"));
+        },
+    );
 }
 
 #[test]
@@ -1013,21 +922,9 @@ fn what_makes_no_bristle_is_refused_by_name() {
         if bad != 0.0 {
             refused(arms(1.0, 1.0, bad), "micro_damping", None);
         }
-        let row = |k, eta| GeneralisedKelvinVoigt::new([element(1.0, 0.0), element(k, eta)]);
-        refused(row(bad, 1.0), "micro_stiffness", Some(1));
-        let name = if bad == 0.0 { "retardation time" } else { "micro_damping" };
-        refused(row(1.0, bad), name, Some(1));
     }
     let none = GeneralisedMaxwellParameters::<f64, 0> { arms: [], micro_damping: 1.0 };
     refused(GeneralisedMaxwell::new(none), "arms", None);
-    refused(GeneralisedKelvinVoigt::<f64, 0>::new([]), "elements", None);
-    let wrong = [element(1.0, 2.0), element(2.0, 4.0)];
-    let error = GeneralisedKelvinVoigt::new(wrong).unwrap_err();
-    assert_eq!(error.rule, Rule::Increasing { previous: 2.0 });
-    // Retardation times one rounding apart are still two elements; what is left of one is tiny.
-    let close = [element(1.0, 1.0), element(1.0, 1.0 + f64::EPSILON)];
-    let row = GeneralisedKelvinVoigt::new(close).unwrap();
-    assert!(row.storage_stiffness()[1] < 1e-30 && row.storage_stiffness()[0] == 0.5);
 }
 
 /// μ = 1 at every speed.
@@ -1072,10 +969,10 @@ fn an_arm_that_lets_go_faster_than_a_step_can_tell_is_refused() {
 #[test]
 fn a_step_backwards_is_none() {
     let curve = of_one::<f64>();
-    let one = FrBd::new(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0)).under_load(1.0).unwrap();
+    let one = FrBd::new(curve, kelvin_voigt(1e4, 10.0)).under_load(1.0).unwrap();
     let held = one.hold(0.1, 1e-5, -1e-3);
     assert!(held.end_force.is_nan() && held.mean_force.is_nan() && held.deflection.is_nan());
-    let lugre = LuGre::classical(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0));
+    let lugre = LuGre::classical(curve, kelvin_voigt(1e4, 10.0));
     assert!(lugre.hold(0.1, 1e-5, -1e-3).end_coefficient.is_nan());
     let parameters =
         ZenerParameters { static_stiffness: 1e4, relaxing_stiffness: 1e4, series_damping: 10.0 };
@@ -1107,37 +1004,6 @@ fn springs_of_unlike_stiffness_keep_their_modes_apart() {
         [-1.35335282898274483e-6, -2706.70566473225384, 1.35335283033609766e-6],
         [-4.32332357084696577e-6, -8646.64717331054949, 4.32332358517028936e-6],
     );
-}
-
-#[test]
-fn a_dashpot_that_varies_bounds_its_decay_from_both_sides() {
-    // Between 5 and 10 N s/m: of 100 N/m it takes 10 to 20 per second.
-    let law = || {
-        VelocityDependent::new(
-            |sliding: Sliding<f64>| {
-                let t = sliding.velocity().tanh();
-                (10.0 - 5.0 * t * t, -10.0 * t * (1.0 - t * t))
-            },
-            Bounds { min: 5.0, max: 10.0 },
-        )
-    };
-    let from = |min| Bounds { min, max: 20.0 };
-    assert_eq!(maxwell(100.0, law()).bounds().decay, from(10.0));
-    // The static spring of a Zener bristle does not decay.
-    assert_eq!(zener(50.0, 100.0, law()).bounds().decay, from(0.0));
-    assert_eq!(arms([(100.0, Some(law()))], 1.0).bounds().decay, from(10.0));
-    assert_eq!(arms([(100.0, Some(law())), (50.0, None)], 1.0).bounds().decay, from(0.0));
-}
-
-#[test]
-fn arms_are_even_if_every_dashpot_is() {
-    let law =
-        || VelocityDependent::new(|_: Sliding<f64>| (10.0, 0.0), Bounds { min: 5.0, max: 10.0 });
-    assert!(!VelocityLaw::<f64>::is_even(&law()));
-    assert!(arms::<f64, 2, f64, f64>([(1.0, Some(2.0)), (3.0, None)], 4.0).bounds().even);
-    assert!(!arms::<f64, 2, _, f64>([(1.0, None), (3.0, Some(law()))], 4.0).bounds().even);
-    assert!(!arms::<f64, 2, f64, _>([(1.0, Some(2.0)), (3.0, None)], law()).bounds().even);
-    assert!(arms::<f64, 2, _, f64>([(1.0, None), (3.0, None::<f64>)], 4.0).bounds().even);
 }
 
 #[test]

@@ -86,7 +86,7 @@ fn check<S: System<f64, N>, const N: usize>(
 struct Rig {
     load: f64,
     curve: StribeckParameters<f64>,
-    bristle: KelvinVoigtParameters<f64, f64>,
+    bristle: KelvinVoigtParameters<f64>,
     mechanism: Mechanism<f64>,
     drive: f64,
     end: f64,

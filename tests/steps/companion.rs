@@ -490,7 +490,7 @@ fn the_energy_machine_runs_on_lugre_and_not_on_frbd() {
     for ((work, dissipated), want, half_digit) in [
         (energy_machine(LuGre::classical(curve(), bristle())), -0.017_813_4, 0.5e-7),
         (
-            energy_machine(LuGre::with_viscous_part_inside(curve(), bristle())),
+            energy_machine(LuGre::with_viscous_friction(curve(), bristle(), 0.0).unwrap()),
             -0.000_747_45,
             0.5e-8,
         ),

@@ -28,7 +28,7 @@ const LIMITED: [Scheme; 6] = [
 
 type FrBdContact = Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
 
-fn frbd(curve: StribeckParameters<f64>, bristle: KelvinVoigtParameters<f64, f64>) -> FrBdContact {
+fn frbd(curve: StribeckParameters<f64>, bristle: KelvinVoigtParameters<f64>) -> FrBdContact {
     let (curve, bristle) = (Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap());
     FrBd::new(curve, bristle).under_load(1.0).unwrap()
 }

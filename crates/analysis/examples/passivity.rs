@@ -53,7 +53,7 @@ fn main() -> ExitCode {
         let mut table = Csv::create(arguments.out_dir(), "passivity", &columns)?;
 
         let classical = LuGre::classical(curve, bristle);
-        let inside = LuGre::with_viscous_part_inside(curve, bristle);
+        let inside = LuGre::with_viscous_friction(curve, bristle, 0.0)?;
         let frbd = FrBd::new(curve, bristle);
         let mut run = Run { fast, cycles, samples, table: &mut table };
         let machines = [

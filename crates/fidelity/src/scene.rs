@@ -118,8 +118,7 @@ impl fmt::Display for Level {
     }
 }
 
-/// The answers of a run, and its cost. (A run at a known velocity that is advanced step by step is
-/// an [`exponential::Run`](bristle::exponential::Run).)
+/// The answers of a run, and its cost.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Run {
     /// The answers, in the unit of the scene's quantity.

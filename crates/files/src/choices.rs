@@ -3,7 +3,7 @@
 use bristle::curve::AnyCurve;
 use bristle::parameter::Named;
 use bristle::regularisation::AnyRegularisation;
-use bristle::rheology::{KelvinVoigtParameters, MaxwellArm, ZenerParameters};
+use bristle::rheology::{MaxwellArm, ZenerParameters};
 use bristle::serialisation;
 use bristle::signal::{AnySignal, Polyline, Sine, Vertex};
 use bristle_joint::{
@@ -25,8 +25,6 @@ pub(crate) enum Springs {
     Zener(ZenerParameters<f64>),
     /// Side by side, each alone or behind a dashpot, beside one dashpot [s/m].
     GeneralisedMaxwell { arms: Vec<MaxwellArm<f64>>, micro_damping: f64 },
-    /// In a row, each beside a dashpot.
-    GeneralisedKelvinVoigt(Vec<KelvinVoigtParameters<f64, f64>>),
 }
 
 /// Friction with bristle dynamics on N axes.

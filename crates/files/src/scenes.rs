@@ -3,9 +3,7 @@
 use bristle::curve::AnyCurve;
 use bristle::nalgebra::{SVector, Vector2, Vector3};
 use bristle::ode::System;
-use bristle::rheology::{
-    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters as Parallel, Rheology,
-};
+use bristle::rheology::{GeneralisedMaxwell, GeneralisedMaxwellParameters as Parallel};
 use bristle::scene::PrescribedVelocity;
 use bristle::serialisation::array;
 use bristle::signal::{AnySignal, Signal};
@@ -42,12 +40,13 @@ impl Viscoelastic {
     pub(crate) fn run(&self, solver: &SolverSetup) -> Result<Table> {
         /// One call for each number of springs.
         macro_rules! of_length {
-            ($list:expr, $make:expr, $($n:literal)*) => {
-                match $list.len() {
+            ($arms:expr, $micro_damping:expr, $($n:literal)*) => {
+                match $arms.len() {
                     $($n => {
-                        let mut list = [$list[0]; $n];
-                        list.copy_from_slice(&$list);
-                        self.dragged::<$n, _>(solver, $make(list)?)
+                        let mut arms = [$arms[0]; $n];
+                        arms.copy_from_slice($arms);
+                        let parameters = Parallel { arms, micro_damping: $micro_damping };
+                        self.dragged::<$n>(solver, GeneralisedMaxwell::new(parameters)?)
                     })*
                     many => Err(format!("there must be 1 to 6 springs, not {many}").into()),
                 }
@@ -55,21 +54,16 @@ impl Viscoelastic {
         }
         match &self.springs {
             Springs::Zener(zener) => self.dragged(solver, GeneralisedMaxwell::zener(*zener)?),
-            &Springs::GeneralisedMaxwell { ref arms, micro_damping: damping } => of_length!(
-                arms,
-                |arms| GeneralisedMaxwell::new(Parallel { arms, micro_damping: damping }),
-                1 2 3 4 5 6
-            ),
-            Springs::GeneralisedKelvinVoigt(elements) => {
-                of_length!(elements, GeneralisedKelvinVoigt::new, 1 2 3 4 5 6)
+            Springs::GeneralisedMaxwell { arms, micro_damping } => {
+                of_length!(arms, *micro_damping, 1 2 3 4 5 6)
             }
         }
     }
 
-    fn dragged<const N: usize, R: Rheology<f64, Deflection = SVector<f64, N>>>(
+    fn dragged<const N: usize>(
         &self,
         solver: &SolverSetup,
-        bristle: R,
+        bristle: GeneralisedMaxwell<f64, N>,
     ) -> Result<Table> {
         const STRETCHES: [Column; 6] = [
             ("x1", "stretch x_1 (µm)", 1e6),

@@ -101,7 +101,7 @@ const CURVE: StribeckParameters<f64> = StribeckParameters {
     stribeck_exponent: 2.0,
     viscous_friction: 0.8, // s/m
 };
-const BRISTLE: KelvinVoigtParameters<f64, f64> =
+const BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 6e3, micro_damping: 8.0 };
 
 /// Ten seconds at 500 Hz: slides of many speeds and pre-sliding, under 50 N, with 2 % noise.

@@ -150,15 +150,21 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> ContactResponse<SVector<T, N>> {
-        let mut loaded = self.clone();
-        if loaded.contact.change_load(normal_force).is_err() {
-            let none = SVector::repeat(T::nan());
-            return ContactResponse { rate: none, force: none };
+        let none = SVector::repeat(T::nan());
+        let mut response = ContactResponse { rate: none, force: none };
+        let mut axes = self.axes(velocity);
+        if axes.iter_mut().any(|axis| axis.change_load(normal_force).is_err()) {
+            return response;
         }
-        let utilisation = loaded.utilisation(velocity, deflection);
-        let rate = loaded.rate(velocity, deflection);
+        let scale = axes.first().map_or_else(T::one, Contact::friction_scale);
+        let limits = self.model().limits(velocity.norm());
+        let utilisation = limits.utilisation(deflection, scale);
         let held = if utilisation > T::one() { deflection / utilisation } else { *deflection };
-        ContactResponse { rate, force: loaded.force(velocity, &held) }
+        for (i, axis) in axes.iter().enumerate() {
+            response.rate[i] = axis.rate(velocity[i], deflection[i]);
+            response.force[i] = axis.force(velocity[i], held[i]);
+        }
+        response
     }
 
     /// The friction model.

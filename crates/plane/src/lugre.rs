@@ -18,8 +18,8 @@ use bristle::{Law, LuGre, Scalar};
 /// żᵢ = vᵢ − σ0ᵢ n/(aᵢ² g) zᵢ,   Fᵢ/p = σ0ᵢ zᵢ + σ1ᵢ żᵢ + σ2 vᵢ.
 ///
 /// In the [classical](PlaneLuGre::classical) model g is the friction curve without its viscous part
-/// σ2 s, in the [variant](PlaneLuGre::with_viscous_part_inside) it is the whole curve, and the term
-/// σ2 vᵢ is absent.
+/// σ2 s. With the viscous part inside g the term σ2 vᵢ is absent: give
+/// [`PlaneLuGre::with_viscous_friction`] the whole curve and σ2 = 0.
 ///
 /// The deflections keep to their box. The force has no limit, and no theorem of passivity is known
 /// unless σ1 = 0 on every axis: prefer [`PlaneFrBd`], unless results must match another program's.
@@ -27,8 +27,8 @@ use bristle::{Law, LuGre, Scalar};
 /// Source: the LuGre model of Canudas de Wit et al. (see [`LuGre`]) with the ellipsoid of friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneLuGre<C, T, const N: usize, E = Unregularised> {
-    /// Curve g, bristles and regularisation.
-    parts: PlaneFrBd<C, T, N, E>,
+    /// The FrBD model of the curve g, with which it shares springs and steady deflection.
+    frbd: PlaneFrBd<C, T, N, E>,
     /// σ2 of the term outside g
     viscous: T,
 }
@@ -43,7 +43,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
     pub fn classical(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
         let inside = curve.without_viscous_friction();
         let viscous = curve.viscous_friction() - inside.viscous_friction();
-        Ok(Self { parts: PlaneFrBd::new(inside, axes)?, viscous })
+        Ok(Self { frbd: PlaneFrBd::new(inside, axes)?, viscous })
     }
 
     /// The model of a curve g, taken as it is, and a viscous friction σ2 [s/m] outside it.
@@ -58,29 +58,20 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
         viscous_friction: T,
     ) -> Result<Self, ParameterError> {
         let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
-        Ok(Self { parts: PlaneFrBd::new(curve, axes)?, viscous })
-    }
-
-    /// The variant whose g is the whole curve, viscous part included.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
-    pub fn with_viscous_part_inside(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
-        Ok(Self { parts: PlaneFrBd::new(curve, axes)?, viscous: T::zero() })
+        Ok(Self { frbd: PlaneFrBd::new(curve, axes)?, viscous })
     }
 }
 
 impl<C, T, const N: usize, E> PlaneLuGre<C, T, N, E> {
     /// The model with another regularisation of the weighted speed.
     pub fn regularised<F>(self, regularisation: F) -> PlaneLuGre<C, T, N, F> {
-        PlaneLuGre { parts: self.parts.regularised(regularisation), viscous: self.viscous }
+        PlaneLuGre { frbd: self.frbd.regularised(regularisation), viscous: self.viscous }
     }
 
     /// Curve g, bristles and regularisation.
     #[cfg(feature = "serde")]
-    pub(crate) fn parts(&self) -> &PlaneFrBd<C, T, N, E> {
-        &self.parts
+    pub(crate) fn frbd(&self) -> &PlaneFrBd<C, T, N, E> {
+        &self.frbd
     }
 }
 
@@ -94,22 +85,22 @@ where
 
     #[inline(always)]
     fn axes(&self, velocity: &SVector<T, N>) -> [Self::Axis; N] {
-        self.parts.axes(velocity).map(|axis| LuGre::from_parts(axis, self.viscous))
+        self.frbd.axes(velocity).map(|axis| LuGre::of_frbd(axis, self.viscous))
     }
 
     #[inline(always)]
     fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> ([Self::Axis; N], SVector<T, N>) {
-        let (axes, gradient) = self.parts.axes_and_slopes(velocity);
-        (axes.map(|axis| LuGre::from_parts(axis, self.viscous)), gradient)
+        let (axes, gradient) = self.frbd.axes_and_slopes(velocity);
+        (axes.map(|axis| LuGre::of_frbd(axis, self.viscous)), gradient)
     }
 
     #[inline]
     fn storage_stiffness(&self) -> SVector<T, N> {
-        self.parts.storage_stiffness()
+        self.frbd.storage_stiffness()
     }
 
     fn limits(&self, fastest: T) -> PlaneLimits<T, N> {
-        let limits = self.parts.limits_with(fastest, T::zero());
+        let limits = self.frbd.limits_with(fastest, T::zero());
         PlaneLimits { coefficient: limits.coefficient.filter(|_| self.is_undamped()), ..limits }
     }
 
@@ -118,7 +109,7 @@ where
             Law::SteadySliding | Law::OddSymmetry => true,
             Law::Secant | Law::BoundedForce => self.is_undamped(),
             // F·v − Ẇ = p Σ (σ0 λ z² + σ2 v²).
-            Law::Passivity => self.parts.is_undamped(),
+            Law::Passivity => self.frbd.is_undamped(),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             _ => false,
@@ -135,6 +126,6 @@ impl<T: Scalar, C, E, const N: usize> PlaneLuGre<C, T, N, E> {
     /// Whether no bristle is damped and nothing viscous stands outside g: then the model is the
     /// undamped FrBD one.
     fn is_undamped(&self) -> bool {
-        self.viscous == T::zero() && self.parts.is_undamped()
+        self.viscous == T::zero() && self.frbd.is_undamped()
     }
 }

@@ -329,37 +329,47 @@ where
         Named("brake_normal_force", loads.brake_normal_force).non_negative()?;
         Named("drive_torque", loads.drive_torque).finite()?;
         Named("force", loads.force).finite()?;
+        Named("lateral_velocity", loads.lateral_velocity).finite()?;
         let duration = Named("duration", duration).non_negative()?;
+        let (load, velocity) = (self.brake.contact().normal_force(), self.state.angular_velocity);
+        let pressed = loads.brake_normal_force;
+        let held = self.brake.reload(pressed, velocity, self.state.brake_deflection)?.deflection;
+        let stepped = self.stepped(loads, held, duration);
+        if stepped.is_err() {
+            // The brake is as it was, too.
+            let _ = self.brake.reload(load, velocity, held)?;
+        }
+        stepped
+    }
+
+    /// A step from a deflection of the brake that its normal force holds.
+    fn stepped(
+        &mut self,
+        loads: WheelLoads<T>,
+        brake_deflection: T,
+        duration: T,
+    ) -> Result<WheelState<T>, ParameterError> {
         let half = lit::<T>(0.5) * duration;
         let (before, body, moves) = (self.state, self.body, duration > T::zero());
-        let mut brake = self.brake.clone();
-        let reloaded = brake.reload(
-            loads.brake_normal_force,
-            before.angular_velocity,
-            before.brake_deflection,
-        )?;
-
-        let lateral = Named("lateral_velocity", loads.lateral_velocity).finite()?;
-
         let length = self.tyre.length();
         // Forward beyond where it has been.
         let owed = if moves { before.rolled_back * length / duration } else { T::zero() };
         let motion = |slip_velocity: T, spin: T| Motion {
-            slip_velocity: [slip_velocity, lateral],
+            slip_velocity: [slip_velocity, loads.lateral_velocity],
             rolling_speed: positive(spin * body.radius - owed),
         };
         let (speed_rate, angular_rate) = self.acceleration;
         let mut spin = before.angular_velocity + half * angular_rate;
         let mut slip = before.speed + half * speed_rate - spin * body.radius;
         // First with the coefficients at the extrapolated velocities.
-        let pads = brake.step(spin, reloaded.deflection, duration);
+        let pads = self.brake.step(spin, brake_deflection, duration);
         let pads = [pads.bias(), pads.damping()];
         self.tyre.roll(motion(slip, spin), duration, |tyre| {
             (slip, spin, _) = body.balance(&before, &loads, tyre, pads, half);
             Ok(None)
         })?;
         // Then with those at the mean velocities found.
-        let step = brake.step(spin, reloaded.deflection, duration);
+        let step = self.brake.step(spin, brake_deflection, duration);
         let pads = [step.bias(), step.damping()];
         let mut after = before;
         let rolled = self.tyre.roll(motion(slip, spin), duration, |tyre| {
@@ -370,7 +380,6 @@ where
         })?;
 
         let pads = step.commit(spin);
-        self.brake = brake;
         self.state.brake_deflection = pads.deflection;
         if let (true, Some([force, lateral_force])) = (moves, rolled) {
             let turned = after.angular_velocity - before.angular_velocity;

@@ -25,8 +25,8 @@ use nalgebra::SVector;
 
 use super::patch::{Crossing, coefficients, slopes};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
-use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
+use bristle::{Contact, Scalar};
 use bristle_plane::PlaneBristle;
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -118,6 +118,15 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         };
         Ok(core::array::from_fn(|j| core::array::from_fn(|i| about(j, i))))
     }
+}
+
+/// The contact of each axis at a slip velocity.
+#[inline]
+pub(super) fn axes_of<T: Scalar, M: PlaneBristle<T, A>, const A: usize>(
+    contact: &Contact<T, M>,
+    slip_velocity: &SVector<T, A>,
+) -> [Contact<T, M::Axis>; A] {
+    contact.model().axes(slip_velocity).map(|axis| contact.with_model(axis))
 }
 
 /// A vector, if all its components are finite.

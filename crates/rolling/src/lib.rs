@@ -81,7 +81,7 @@ pub use frequency::LinearisedPatch;
 #[cfg(feature = "alloc")]
 pub use grid::{CombinedGrid, Grid};
 pub use limits::PatchLimits;
-pub use passivity::Passivity;
+pub use passivity::PatchPassivity;
 pub use patch::{Motion, Patch, PatchParameters};
 pub use pressure::{
     AnyPressure, FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,

@@ -40,10 +40,9 @@ use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 use bristle::{Bristle, Law, Scalar};
 
-/// What the sufficient condition (Σ0 V)' ≤ 0 says about a patch. (Of a lumped contact see
-/// `bristle_analysis::audit::Passivity`.)
+/// What the sufficient condition (Σ0 V)' ≤ 0 says about a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Passivity<T> {
+pub enum PatchPassivity<T> {
     /// The condition holds: F v ≥ Ẇ for every motion.
     Passive,
     /// It fails, by most at a place. The patch may or may not be passive.
@@ -51,7 +50,7 @@ pub enum Passivity<T> {
         /// The place ξ \[–\] where Σ0 V rises most steeply of those looked at.
         place: T,
         /// (Σ0 V)' there: [N/m²] from [`Patch::passivity`], which leaves V out, and
-        /// [N/(m s)] from [`Passivity::of`], (Σ0 U)'. Infinite where the pressure jumps up.
+        /// [N/(m s)] from [`PatchPassivity::of`], (Σ0 U)'. Infinite where the pressure jumps up.
         slope: T,
     },
     /// The friction model itself is not known to be passive.
@@ -61,7 +60,7 @@ pub enum Passivity<T> {
 /// Places looked at from each knot to the next, ends included.
 const PLACES: usize = 257;
 
-impl<T: Scalar> Passivity<T> {
+impl<T: Scalar> PatchPassivity<T> {
     /// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling
     /// speed U(ξ) [m/s] that depend on the place: closures that answer the value and its slope.
     /// The friction model is taken to be passive.
@@ -70,14 +69,15 @@ impl<T: Scalar> Passivity<T> {
     /// risen from one to the next; σ0 and U must be smooth on that scale.
     ///
     /// ```
-    /// use bristle_rolling::{Passivity, PolynomialExponential};
+    /// use bristle_rolling::{PatchPassivity, PolynomialExponential};
     ///
     /// let flat = PolynomialExponential::constant();
     /// let uniform = |_: f64| (252.0, 0.0);
-    /// assert_eq!(Passivity::of(&flat, uniform, |_| (100.0, 0.0)), Passivity::Passive);
+    /// assert_eq!(PatchPassivity::of(&flat, uniform, |_| (100.0, 0.0)), PatchPassivity::Passive);
     /// // Bristles that are carried ever faster.
-    /// let faster = Passivity::of(&flat, uniform, |place| (100.0 + 10.0 * place, 10.0));
-    /// assert!(matches!(faster, Passivity::Rises { slope, .. } if (slope - 2520.0).abs() < 1e-9));
+    /// let faster = PatchPassivity::of(&flat, uniform, |place| (100.0 + 10.0 * place, 10.0));
+    /// let PatchPassivity::Rises { slope, .. } = faster else { unreachable!() };
+    /// assert!((slope - 2520.0_f64).abs() < 1e-9);
     /// ```
     pub fn of<P: Pressure<T>>(
         pressure: &P,
@@ -124,8 +124,8 @@ impl<T: Scalar> Passivity<T> {
             }
         });
         match worst {
-            None => Passivity::Passive,
-            Some((place, slope)) => Passivity::Rises { place, slope },
+            None => PatchPassivity::Passive,
+            Some((place, slope)) => PatchPassivity::Rises { place, slope },
         }
     }
 }
@@ -137,7 +137,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Looked at are 257 places from each knot of the pressure to the next.
     ///
     /// ```
-    /// use bristle_rolling::{Passivity, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle_rolling::{PatchPassivity, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -147,21 +147,21 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// let constant = PolynomialExponential::constant();
     /// let (model, length) = (friction, 0.1);
     /// let tyre = Patch::new(PatchParameters { model, length, pressure: constant })?;
-    /// assert_eq!(tyre.passivity(), Passivity::Passive);
+    /// assert_eq!(tyre.passivity(), PatchPassivity::Passive);
     /// // A parabola rises most steeply at the inlet, by 6 N/m times 252 1/m.
     /// let parabola = PolynomialExponential::parabolic();
     /// let (model, length) = (friction, 0.1);
     /// let tyre = Patch::new(PatchParameters { model, length, pressure: parabola })?;
-    /// assert_eq!(tyre.passivity(), Passivity::Rises { place: 0.0, slope: 6.0 * 252.0 });
+    /// assert_eq!(tyre.passivity(), PatchPassivity::Rises { place: 0.0, slope: 6.0 * 252.0 });
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
-    pub fn passivity(&self) -> Passivity<T> {
+    pub fn passivity(&self) -> PatchPassivity<T> {
         if !self.model().obeys(Law::Passivity) {
-            return Passivity::Model;
+            return PatchPassivity::Model;
         }
         let stiffness = self.factor() * self.model().storage_stiffness();
         let uniform = |value: T| move |_: T| (value, T::zero());
-        Passivity::of(self.pressure(), uniform(stiffness), uniform(T::one()))
+        PatchPassivity::of(self.pressure(), uniform(stiffness), uniform(T::one()))
     }
 
     /// The least damping c₂ [s/m] at v = 0 (σ1, and for the classical LuGre model σ1 + σ2) with

@@ -12,7 +12,7 @@ type Model = ImplicitBristle<Stribeck<f64>>;
 #[derive(Debug, Clone, Copy)]
 pub struct Set {
     pub curve: StribeckParameters<f64>,
-    pub bristle: KelvinVoigtParameters<f64, f64>,
+    pub bristle: KelvinVoigtParameters<f64>,
 }
 
 pub const TABLE_2: Set = Set { curve: paper::STICK_SLIP_CURVE, bristle: paper::STICK_SLIP_BRISTLE };

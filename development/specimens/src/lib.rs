@@ -11,6 +11,7 @@ pub mod closed_form;
 pub mod draw;
 pub mod implicit;
 pub mod ode;
+pub mod own_rheology;
 pub mod recipe;
 pub mod specimens;
 pub mod viscoelastic;

@@ -5,7 +5,7 @@ use bristle::curve::{
     RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, VelocityDependent, VelocityLaw};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
     Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, Form,
     FrBd, HeldContact, HeldStep, ImplicitBristle, Law, Limits, LinearisedContact, LuGre, Scalar,
@@ -16,6 +16,7 @@ use super::closed_form::{
     ClosedForm, Curve, DAMPING_VARIATION, Element, Family, Modulus, STIFFNESS_VARIATION,
 };
 use super::lit;
+use super::own_rheology::{VelocityLaw, own_element};
 use super::recipe::Recipe;
 
 /// A contact of any model with a single deflection, behind one pointer.
@@ -240,15 +241,15 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
     in_each_regularisation!(
         list,
         frbd(Constant, Varying),
-        FrBd::new(c.clone(), kelvin_voigt(k, d_varying.clone()))
+        FrBd::new(c.clone(), own_element(k, d_varying))
     );
-    push(list, frbd(Constant, Even), FrBd::new(c.clone(), kelvin_voigt(k, even_damping(r))));
+    push(list, frbd(Constant, Even), FrBd::new(c.clone(), own_element(k, even_damping(r))));
     in_each_regularisation!(
         list,
         frbd(Varying, Constant),
-        FrBd::new(c.clone(), kelvin_voigt(k_varying.clone(), d))
+        FrBd::new(c.clone(), own_element(k_varying.clone(), d))
     );
-    push(list, frbd(Varying, None), FrBd::new(c.clone(), kelvin_voigt(k_varying, T::zero())));
+    push(list, frbd(Varying, None), FrBd::new(c.clone(), own_element(k_varying, T::zero())));
 
     in_each_regularisation!(
         list,
@@ -260,31 +261,16 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
         form(Family::LuGreClassical, Constant, None),
         LuGre::classical(c.clone(), kelvin_voigt(k, T::zero())),
     );
-    push(
-        list,
-        form(Family::LuGreClassical, Constant, Varying),
-        LuGre::classical(c.clone(), kelvin_voigt(k, d_varying.clone())),
-    );
     in_each_regularisation!(
         list,
         form(Family::LuGreInside, Constant, Constant),
-        LuGre::with_viscous_part_inside(c.clone(), kelvin_voigt(k, d))
-    );
-    push(
-        list,
-        form(Family::LuGreInside, Constant, Varying),
-        LuGre::with_viscous_part_inside(c.clone(), kelvin_voigt(k, d_varying.clone())),
+        lugre_inside(c.clone(), kelvin_voigt(k, d))
     );
     let stick_limit = lit(form(Family::ElastoPlastic, Constant, Constant).stick_limit());
     in_each_regularisation!(
         list,
         form(Family::ElastoPlastic, Constant, Constant),
         elasto_plastic(c.clone(), kelvin_voigt(k, d), stick_limit)
-    );
-    push(
-        list,
-        form(Family::ElastoPlastic, Constant, Varying),
-        elasto_plastic(c.clone(), kelvin_voigt(k, d_varying), stick_limit),
     );
 
     // Damped enough to have a single solution, where that can be: just so, and amply.
@@ -415,41 +401,18 @@ pub fn function<T: Scalar>(r: &Recipe) -> FunctionCurve<T, impl Fn(T) -> (T, T) 
     .unwrap()
 }
 
-/// c (1 + a u/√(1 + u²)) with u = v/v_d.
-fn varying<T: Scalar>(
-    constant: f64,
-    variation: f64,
-    r: &Recipe,
-) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
-    let (c, a, v_d): (T, T, T) = (lit(constant), lit(variation), lit(r.varying_velocity));
-    VelocityDependent::new(
-        move |sliding: Sliding<T>| {
-            let u = sliding.velocity() / v_d;
-            let root = (T::one() + u * u).sqrt();
-            (c * (T::one() + a * u / root), c * a / (root * root * root * v_d))
-        },
-        Bounds { min: lit(constant * (1.0 - variation)), max: lit(constant * (1.0 + variation)) },
-    )
+pub fn varying_stiffness<T: Scalar>(r: &Recipe) -> VelocityLaw<T> {
+    VelocityLaw::varying(r.stiffness, STIFFNESS_VARIATION, r.varying_velocity)
 }
 
-pub fn varying_stiffness<T: Scalar>(
-    r: &Recipe,
-) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
-    varying(r.stiffness, STIFFNESS_VARIATION, r)
-}
-
-pub fn varying_damping<T: Scalar>(
-    r: &Recipe,
-) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
-    varying(r.damping, DAMPING_VARIATION, r)
+pub fn varying_damping<T: Scalar>(r: &Recipe) -> VelocityLaw<T> {
+    VelocityLaw::varying(r.damping, DAMPING_VARIATION, r.varying_velocity)
 }
 
 /// c (1 + a/(1 + u²)) with u = |v|/v_d.
-pub fn even_damping<T: Scalar>(
-    r: &Recipe,
-) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+pub fn even_damping<T: Scalar>(r: &Recipe) -> VelocityLaw<T> {
     let (c, a, v_d): (T, T, T) = (lit(r.damping), lit(DAMPING_VARIATION), lit(r.varying_velocity));
-    VelocityDependent::of_speed(
+    VelocityLaw::of_speed(
         move |speed: T| {
             let u = speed / v_d;
             let share = a / (T::one() + u * u);
@@ -463,18 +426,23 @@ pub fn spring<T: Scalar>(micro_stiffness: T) -> KelvinVoigt<T> {
     kelvin_voigt(micro_stiffness, T::zero())
 }
 
-pub fn kelvin_voigt<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>>(
-    micro_stiffness: K,
-    micro_damping: D,
-) -> KelvinVoigt<T, K, D> {
+pub fn kelvin_voigt<T: Scalar>(micro_stiffness: T, micro_damping: T) -> KelvinVoigt<T> {
     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping }).unwrap()
 }
 
-pub fn elasto_plastic<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>(
+/// The LuGre model whose g is the whole curve.
+pub fn lugre_inside<T: Scalar, C: FrictionCurve<T>>(
     curve: C,
-    rheology: KelvinVoigt<T, T, D>,
+    rheology: KelvinVoigt<T>,
+) -> LuGre<C, KelvinVoigt<T>, Unregularised, T> {
+    LuGre::with_viscous_friction(curve, rheology, T::zero()).unwrap()
+}
+
+pub fn elasto_plastic<T: Scalar, C: FrictionCurve<T>>(
+    curve: C,
+    rheology: KelvinVoigt<T>,
     stick_limit: T,
-) -> ElastoPlastic<C, KelvinVoigt<T, T, D>, Unregularised, T> {
+) -> ElastoPlastic<C, KelvinVoigt<T>, Unregularised, T> {
     ElastoPlastic::new(curve, rheology, stick_limit).unwrap()
 }
 

@@ -1,15 +1,15 @@
 //! Every viscoelastic bristle, built from one recipe, beside its formula.
 
 use bristle::rheology::{
-    Deflection, ElementBounds, Elements, GeneralisedKelvinVoigt, GeneralisedMaxwell,
-    GeneralisedMaxwellParameters, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
-    Rheology, VelocityDependent, VelocityLaw, ZenerParameters,
+    Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, Maxwell, MaxwellArm,
+    MaxwellParameters, Rheology, ZenerParameters,
 };
-use bristle::{Bounds, Bristle, Contact, ContactLimits, FrBd, Law, Scalar, Sliding};
-use nalgebra::{SVector, Vector2};
+use bristle::{Bristle, Contact, ContactLimits, FrBd, Law, Scalar};
+use nalgebra::SVector;
 use proptest::prelude::*;
 
 use super::closed_form::Curve;
+use super::own_rheology::{OwnArms, VelocityLaw};
 use super::recipe::{Recipe, decades, recipe, velocity};
 use super::specimens::{square_root, stribeck};
 use super::{check, lit};
@@ -32,19 +32,8 @@ pub fn parts() -> impl Strategy<Value = Parts> {
 }
 
 /// Damping c (1 + ½ u/√(1 + u²)), u = v/v_d: larger forward than backward.
-pub fn varying<T: Scalar>(
-    r: &Recipe,
-    c: f64,
-) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
-    let (c, v_d, half, one) = (lit::<T>(c), lit::<T>(r.varying_velocity), lit::<T>(0.5), T::one());
-    VelocityDependent::new(
-        move |sliding: Sliding<T>| {
-            let u = sliding.velocity() / v_d;
-            let root = (one + u * u).sqrt();
-            (c * (one + half * u / root), c * half / (v_d * root * root * root))
-        },
-        Bounds { min: c * half, max: c * lit(1.5) },
-    )
+pub fn varying<T: Scalar>(r: &Recipe, c: f64) -> VelocityLaw<T> {
+    VelocityLaw::varying(c, 0.5, r.varying_velocity)
 }
 
 /// How a damping depends on the velocity.
@@ -191,15 +180,11 @@ impl<T: Scalar> Specimen<T> {
     }
 }
 
-pub fn maxwell<T: Scalar, S: VelocityLaw<T>>(k: f64, eta: S) -> Maxwell<T, S> {
+pub fn maxwell<T: Scalar>(k: f64, eta: T) -> Maxwell<T> {
     Maxwell::new(MaxwellParameters { micro_stiffness: lit(k), series_damping: eta }).unwrap()
 }
 
-pub fn zener<T: Scalar, S: VelocityLaw<T>>(
-    k0: f64,
-    k1: f64,
-    eta: S,
-) -> GeneralisedMaxwell<T, 2, S> {
+pub fn zener<T: Scalar>(k0: f64, k1: f64, eta: T) -> GeneralisedMaxwell<T, 2> {
     let parameters = ZenerParameters {
         static_stiffness: lit(k0),
         relaxing_stiffness: lit(k1),
@@ -208,66 +193,20 @@ pub fn zener<T: Scalar, S: VelocityLaw<T>>(
     GeneralisedMaxwell::zener(parameters).unwrap()
 }
 
-pub fn arms<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>(
-    arms: [(f64, Option<S>); N],
-    micro_damping: D,
-) -> GeneralisedMaxwell<T, N, S, D> {
+pub fn arms<T: Scalar, const N: usize>(
+    arms: [(f64, Option<T>); N],
+    micro_damping: T,
+) -> GeneralisedMaxwell<T, N> {
     let arms = arms.map(|(k, series_damping)| MaxwellArm { stiffness: lit(k), series_damping });
     GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }).unwrap()
 }
 
-pub fn element<T>(micro_stiffness: T, micro_damping: T) -> KelvinVoigtParameters<T, T> {
-    KelvinVoigtParameters { micro_stiffness, micro_damping }
-}
-
-pub fn row<T: Scalar, const N: usize>(elements: [(f64, f64); N]) -> GeneralisedKelvinVoigt<T, N> {
-    GeneralisedKelvinVoigt::new(elements.map(|(k, eta)| element(lit(k), lit(eta)))).unwrap()
-}
-
-/// Elements with increasing retardation times, from any stiffnesses and times.
-pub fn sorted<const N: usize>(p: &Parts) -> [(f64, f64); N] {
-    let mut times = p.series.map(|eta| eta * 1e-4);
-    times.sort_by(f64::total_cmp);
-    std::array::from_fn(|j| (p.stiffness[j], p.stiffness[j] * times[j] * 1.5_f64.powi(j as i32)))
-}
-
-/// A Zener bristle with a dashpot beside it, written outside the library with as few methods as it
-/// takes.
-#[derive(Debug, Clone)]
-pub struct Own<T: Scalar, D> {
-    pub stiffness: Vector2<T>,
-    pub decay: T,
-    pub damping: D,
-}
-
-impl<T: Scalar, D: VelocityLaw<T>> Rheology<T> for Own<T, D> {
-    type Deflection = SVector<T, 2>;
-
-    fn elements_and_slopes(
-        &self,
-        sliding: Sliding<T>,
-    ) -> (Elements<T, Vector2<T>>, Elements<T, Vector2<T>>) {
-        let (still, (damping, slope)) = (Vector2::zeros(), self.damping.value_and_slope(sliding));
-        let decay = Vector2::new(T::zero(), self.decay);
-        (
-            Elements { stiffness: self.stiffness, decay, damping },
-            Elements { stiffness: still, decay: still, damping: slope },
-        )
-    }
-
-    fn storage_stiffness(&self) -> Vector2<T> {
-        self.stiffness
-    }
-
-    fn bounds(&self) -> ElementBounds<T> {
-        ElementBounds {
-            stiffness: Bounds::constant(self.stiffness.sum()),
-            decay: Bounds { min: T::zero(), max: self.decay },
-            damping: self.damping.bounds(),
-            constant_decay: true,
-            even: false,
-        }
-    }
+/// The same with laws of the velocity, written outside the library.
+pub fn own_arms<T: Scalar, const N: usize>(
+    arms: [(f64, Option<VelocityLaw<T>>); N],
+    damping: impl Into<VelocityLaw<T>>,
+) -> OwnArms<T, N> {
+    OwnArms { arms: arms.map(|(k, law)| (lit(k), law)), damping: damping.into() }
 }
 
 /// Every bristle. One line each.
@@ -288,12 +227,15 @@ pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>
         recipe: *r,
     };
     push(l, form("Maxwell", &[arm(0)], Constant, 0.0, Constant), maxwell(k[0], eta(0)));
-    push(l, form("Maxwell", &[arm(0)], Varying, 0.0, Constant), maxwell(k[0], varying(r, e[0])));
+    let law = |i: usize| Some(varying(r, e[i]));
+    let one = own_arms([(k[0], law(0))], T::zero());
+    push(l, form("own Maxwell", &[arm(0)], Varying, 0.0, Constant), one);
     let two = [(k[0], None), arm(1)];
     push(l, form("Zener", &two, Constant, 0.0, Constant), zener(k[0], k[1], eta(1)));
-    push(l, form("Zener", &two, Varying, 0.0, Constant), zener(k[0], k[1], varying(r, e[1])));
+    let own = own_arms([(k[0], None), (k[1], law(1))], T::zero());
+    push(l, form("own Zener", &two, Varying, 0.0, Constant), own);
     let t = |x: f64| lit::<T>(x);
-    push(l, form("static arm", &two[..1], Constant, d, Constant), arms([(k[0], None::<T>)], t(d)));
+    push(l, form("static arm", &two[..1], Constant, d, Constant), arms([(k[0], None)], t(d)));
     push(
         l,
         form("two arms", &[arm(0), (k[1], None)], Constant, d, Constant),
@@ -301,11 +243,8 @@ pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>
     );
     push(
         l,
-        form("three arms", &[(k[0], None), arm(1), arm(2)], Varying, d, Varying),
-        arms(
-            [(k[0], None), (k[1], Some(varying(r, e[1]))), (k[2], Some(varying(r, e[2])))],
-            varying(r, d),
-        ),
+        form("own arms", &[(k[0], None), arm(1), arm(2)], Varying, d, Varying),
+        own_arms([(k[0], None), (k[1], law(1)), (k[2], law(2))], varying(r, d)),
     );
     push(
         l,
@@ -315,7 +254,7 @@ pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>
     push(
         l,
         form("three arms that creep", &[arm(0), arm(1), arm(2)], Constant, d, Varying),
-        arms([(k[0], Some(eta(0))), (k[1], Some(eta(1))), (k[2], Some(eta(2)))], varying(r, d)),
+        own_arms([0, 1, 2].map(|i| (k[i], Some(eta(i).into()))), varying(r, d)),
     );
     push(
         l,
@@ -331,39 +270,9 @@ pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>
             T::zero(),
         ),
     );
-    let own = Own {
-        stiffness: Vector2::new(t(k[0]), t(k[1])),
-        decay: t(k[1] / e[1]),
-        damping: varying(r, d),
-    };
+    let own = own_arms([(k[0], None), (k[1], Some(eta(1).into()))], varying(r, d));
     push(l, form("own", &two, Constant, d, Varying), own);
-    let mut elements = sorted::<4>(p);
-    in_a_row(l, r, "row", elements);
-    elements[0].1 = 0.0;
-    in_a_row(l, r, "row with a spring alone", elements);
     list
-}
-
-/// A row of elements, with the springs side by side that the library says it is equal to.
-pub fn in_a_row<T: Scalar + Slice<T>, const N: usize>(
-    list: &mut Vec<Specimen<T>>,
-    r: &Recipe,
-    name: &'static str,
-    elements: [(f64, f64); N],
-) {
-    let equivalent = row::<f64, N>(elements);
-    let side_by_side =
-        equivalent.equivalent().arms().map(|arm| (arm.stiffness, arm.series_damping));
-    let form = Form {
-        arms: side_by_side.to_vec(),
-        series: Change::Constant,
-        beside: equivalent.bounds().damping.min,
-        beside_law: Change::Constant,
-        name,
-        regularised: false,
-        recipe: *r,
-    };
-    push(list, form, row::<T, N>(elements));
 }
 
 pub fn push<T: Scalar, R: Rheology<T> + 'static>(

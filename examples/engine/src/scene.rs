@@ -32,7 +32,7 @@ pub const CURVE: StribeckParameters<f64> = StribeckParameters {
 };
 
 /// Bristles that bend by 0.2 mm before they break away.
-pub const BRISTLE: KelvinVoigtParameters<f64, f64> =
+pub const BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 20.0 };
 
 /// The belt [m/s], and the spring that holds the block on it [N/m].

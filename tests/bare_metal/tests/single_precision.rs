@@ -9,7 +9,7 @@ use nalgebra::convert;
 /// Steps of a tenth of the long run: a swing of ten seconds and as long a creep.
 const TENTH: u32 = 20_000;
 
-type Set = (StribeckParameters<f64>, KelvinVoigtParameters<f64, f64>);
+type Set = (StribeckParameters<f64>, KelvinVoigtParameters<f64>);
 
 const SETS: [Set; 2] = [
     (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE),

@@ -91,8 +91,7 @@ pub enum LawStatus {
     Fails,
 }
 
-/// Whether the friction is passive: never returns more energy than it was given. (Of a contact
-/// patch see `bristle_rolling::Passivity`.)
+/// Whether the friction is passive: never returns more energy than it was given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Passivity<T> {

@@ -64,7 +64,7 @@ where
 /// // In the Stribeck range friction falls, by 40 N per m/s …
 /// assert!((small.static_gain()? + 40.603).abs() < 1e-3);
 /// // … as long as the velocity changes more slowly than the bristles adapt, at 32 1/s.
-/// assert!((small.corner_frequency()? - 31.9).abs() < 0.1);
+/// assert!((small.abscissa()? + 31.9).abs() < 0.1);
 /// // Much faster, it falls by a fifth of that.
 /// assert!((small.frequency_response(1e6)?.re + 8.353).abs() < 1e-3);
 /// # Ok::<(), bristle::ParameterError>(())

@@ -29,7 +29,6 @@ use crate::eigenvalues::eigenvalues;
 /// };
 /// assert_eq!(lead.static_gain()?, 2.0);
 /// assert_eq!(lead.frequency_response(1.0)?, Complex::new(1.5, -0.5));
-/// assert_eq!(lead.zeros()?, [Complex::new(-2.0, 0.0)]);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///
@@ -75,16 +74,6 @@ pub struct StateSpace<T: Scalar, const N: usize> {
     /// D: output by the input.
     #[doc(alias = "D")]
     pub feedthrough: T,
-}
-
-/// The eigenvalues of a matrix, in no order.
-fn roots<T: Scalar, const N: usize>(
-    matrix: &SMatrix<T, N, N>,
-) -> Result<[Complex<T>; N], ParameterError> {
-    let rule = Rule::Stated("be finite, and its eigenvalues be found");
-    let values = eigenvalues(&matrix.map(to_f64));
-    let values = values.ok_or_else(|| Named("sum of a matrix", matrix.sum()).refused(rule))?;
-    Ok(values.map(|root| Complex::new(lit(root.re), lit(root.im))))
 }
 
 impl<T: Scalar, const N: usize> StateSpace<T, N> {
@@ -155,18 +144,11 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// Refuses a matrix that is not finite.
     pub fn poles(&self) -> Result<[Complex<T>; N], ParameterError> {
-        roots(&self.dynamics)
-    }
-
-    /// The zeros [1/s] of a system whose output follows its input at once, D ≠ 0, in no order.
-    ///
-    /// # Errors
-    ///
-    /// Refuses D = 0, with which there are fewer zeros than poles, and a system that is not finite.
-    pub fn zeros(&self) -> Result<[Complex<T>; N], ParameterError> {
-        let direct = self.finite()?.feedthrough;
-        Named("feedthrough", direct).stated(direct != T::zero(), "not be 0 for N zeros")?;
-        roots(&(self.dynamics - self.input * self.output * (T::one() / direct)))
+        let rule = Rule::Stated("be finite, and its eigenvalues be found");
+        let values = eigenvalues(&self.dynamics.map(to_f64));
+        let values =
+            values.ok_or_else(|| Named("sum of a matrix", self.dynamics.sum()).refused(rule))?;
+        Ok(values.map(|root| Complex::new(lit(root.re), lit(root.im))))
     }
 
     /// The largest real part of the poles [1/s]: small motions grow if it is positive.
@@ -177,17 +159,6 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     pub fn abscissa(&self) -> Result<T, ParameterError> {
         let parts = self.poles()?.into_iter().map(|pole| pole.re);
         Ok(parts.reduce(T::larger).unwrap_or_else(T::zero))
-    }
-
-    /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows
-    /// the input quasi-statically. For a contact with one deflection it is the relaxation rate λ.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a matrix that is not finite.
-    pub fn corner_frequency(&self) -> Result<T, ParameterError> {
-        let sizes = self.poles()?.into_iter().map(|pole| ComplexField::hypot(pole.re, pole.im));
-        Ok(sizes.reduce(T::smaller).unwrap_or_else(T::zero))
     }
 
     /// Accepts a system whose transients die out.

@@ -8,9 +8,7 @@ use bristle::curve::{
     StribeckParameters,
 };
 use bristle::regularisation::SquareRoot;
-use bristle::rheology::{
-    KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters, VelocityDependent,
-};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
 use bristle::{
     Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism, Sliding,
     Units, paper,
@@ -18,6 +16,7 @@ use bristle::{
 use bristle_analysis::audit::{Audit, AuditParameters, LawStatus, audit};
 use bristle_analysis::linear::Threshold;
 use bristle_analysis::stability::Scheme;
+use bristle_specimens::own_rheology::{VelocityLaw, own_element};
 use bristle_specimens::recipe::recipe;
 use bristle_specimens::specimens::{
     self, Bare, kelvin_voigt, stribeck, table_2_bristle, table_2_curve, table_2_frbd, table_2_lugre,
@@ -59,7 +58,7 @@ fn classical_lugre_of_table_2_is_not_passive_and_the_audit_says_what_it_lacks() 
 
 #[test]
 fn lugre_with_its_viscous_part_inside_fails_in_a_state_that_is_named() {
-    let model = LuGre::with_viscous_part_inside(table_2_curve(), table_2_bristle());
+    let model = LuGre::with_viscous_friction(table_2_curve(), table_2_bristle(), 0.0).unwrap();
     let audited = audit_of(model);
     let passivity = audited.passivity;
     assert_eq!(passivity.verdict, LawStatus::Fails);
@@ -95,21 +94,21 @@ fn frbd_dahl_and_elasto_plastic_models_are_passive() {
     }
 }
 
+/// σ0 = 1e4 (1 + 0.3 tanh v)
+fn stiffening() -> VelocityLaw<f64> {
+    VelocityLaw::new(
+        |sliding: Sliding<f64>| {
+            let t = sliding.velocity().tanh();
+            (1e4 * (1.0 + 0.3 * t), 3e3 * (1.0 - t * t))
+        },
+        Bounds { min: 7e3, max: 1.3e4 },
+    )
+}
+
 #[test]
 fn a_stiffness_that_varies_is_passive_with_enough_damping_only() {
-    let stiffness = || {
-        VelocityDependent::new(
-            |sliding: Sliding<f64>| {
-                let t = sliding.velocity().tanh();
-                (1e4 * (1.0 + 0.3 * t), 3e3 * (1.0 - t * t))
-            },
-            Bounds { min: 7e3, max: 1.3e4 },
-        )
-    };
-    let with = |micro_damping| {
-        let bristle =
-            KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: stiffness(), micro_damping });
-        audit_of(FrBd::new(table_2_curve(), bristle.unwrap())).passivity
+    let with = |damping: f64| {
+        audit_of(FrBd::new(table_2_curve(), own_element(stiffening(), damping))).passivity
     };
     // The largest μ (σ0(v) − s)²/(4 σ1 s σ0(v)|v|) over |v| ≤ 1 m/s, s = σ0(0), is that at −1 m/s.
     let (t, s) = ((-1.0_f64).tanh(), 1e4);
@@ -641,15 +640,14 @@ fn the_table_says_that_no_step_is_known_where_the_relaxation_rate_has_no_bound()
 
 #[test]
 fn of_a_dashpot_that_varies_the_least_damping_counts() {
-    let micro_damping = VelocityDependent::new(
+    let micro_damping = VelocityLaw::new(
         |sliding: Sliding<f64>| {
             let t = sliding.velocity().tanh();
             (60.0 - 20.0 * t * t, -40.0 * t * (1.0 - t * t))
         },
         Bounds { min: 40.0, max: 60.0 },
     );
-    let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping });
-    let audit = audit_of(FrBd::new(table_2_curve(), bristle.unwrap()));
+    let audit = audit_of(FrBd::new(table_2_curve(), own_element(1e4, micro_damping)));
     // 40 + σ2 − (μ_s − μ_d) √(2/e)/v_S < 0 < 60 + …
     let want = 40.04 - 50.0 * (2.0 / 1f64.exp()).sqrt();
     assert_within(1e-13, 40.0, audit.inversion_margin.unwrap(), want, || "margin".to_owned());
@@ -657,38 +655,35 @@ fn of_a_dashpot_that_varies_the_least_damping_counts() {
 
 #[test]
 fn of_a_spring_that_varies_the_least_stiffness_bounds_the_deflection() {
-    let micro_stiffness = VelocityDependent::new(
-        |sliding: Sliding<f64>| {
-            let t = sliding.velocity().tanh();
-            (1e4 * (1.0 + 0.3 * t), 3e3 * (1.0 - t * t))
-        },
-        Bounds { min: 7e3, max: 1.3e4 },
-    );
-    let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping: 64.5 });
-    let limits = audit_of(FrBd::new(table_2_curve(), bristle.unwrap())).limits;
+    let limits = audit_of(FrBd::new(table_2_curve(), own_element(stiffening(), 64.5))).limits;
     // The most that the curve takes up to 1 m/s is μ_s; and stretched at 7e3, it pulls at 1.3e4.
     let most = table_2_curve().bounds(1.0).max;
     assert_within(1e-15, 1e-4, limits.deflection.unwrap(), most / 7e3, || "deflection".into());
     assert_within(1e-15, 1.0, limits.force.unwrap(), most * 13.0 / 7.0, || "force".into());
 }
 
-/// Classical LuGre has (K r − c₀)²/4 K λ c₂ = σ1(v) |v|/4μ. With the dashpot σ1 e^(−v²/v_d²) that
-/// is largest at v_d/√2, four decades below the fastest speed.
+/// With σ0 = s (1 + 0.3 tanh u), u = v/v_d, FrBD has (K r − c₀)²/4 K λ c₂ =
+/// 0.09 μ tanh² u/(4 σ1 v_d |u| (1 + 0.3 tanh u)), largest four decades below the fastest speed.
 #[test]
 fn a_lack_of_damping_at_slow_sliding_is_found_below_any_speed() {
-    let (slow, mu, sigma1) = (1e-4, 0.5, 64.5);
-    let micro_damping = VelocityDependent::new(
-        move |sliding: Sliding<f64>| {
-            let ratio = sliding.velocity() / slow;
-            let damping = sigma1 * (-ratio * ratio).exp();
-            (damping, -2.0 * ratio / slow * damping)
-        },
-        Bounds { min: 0.0, max: sigma1 },
+    let (slow, mu, stiffness, damping) = (1e-4, 0.5, 1e4, 64.5);
+    let parameters = CoulombParameters { dynamic_coefficient: mu, viscous_friction: 0.0 };
+    let model = FrBd::new(
+        Coulomb::new(parameters).unwrap(),
+        own_element(
+            VelocityLaw::new(
+                move |sliding: Sliding<f64>| {
+                    let t = (sliding.velocity() / slow).tanh();
+                    (stiffness * (1.0 + 0.3 * t), 0.3 * stiffness / slow * (1.0 - t * t))
+                },
+                Bounds { min: 0.7 * stiffness, max: 1.3 * stiffness },
+            ),
+            damping,
+        ),
     );
-    let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping });
-    let curve = CoulombParameters { dynamic_coefficient: mu, viscous_friction: 0.0 };
-    let model = LuGre::classical(Coulomb::new(curve).unwrap(), bristle.unwrap());
-    let want = sigma1 * slow * (-0.5_f64).exp() / (2_f64.sqrt() * 4.0 * mu);
+    let ratio = |u: f64| u.tanh().powi(2) / (u * (1.0 - 0.3 * u.tanh()));
+    let most = (1..4000).map(|n| ratio(1e-3 * f64::from(n))).fold(0.0, f64::max);
+    let want = 0.09 * mu / (4.0 * damping * slow) * most;
     // Up to (ln 10/32/2)² away from the top, for speeds are 32 a decade.
     let excess = audit_of(model).passivity.excess;
     assert_within(1.4e-3, want, excess, want, || "excess".to_owned());
@@ -696,16 +691,9 @@ fn a_lack_of_damping_at_slow_sliding_is_found_below_any_speed() {
 
 #[test]
 fn no_passive_step_is_promised_to_a_contact_that_is_not_passive_at_every_deflection() {
-    let with = |micro_damping| {
-        let micro_stiffness = VelocityDependent::new(
-            |sliding: Sliding<f64>| {
-                let t = sliding.velocity().tanh();
-                (1e4 * (1.0 + 0.3 * t), 3e3 * (1.0 - t * t))
-            },
-            Bounds { min: 7e3, max: 1.3e4 },
-        );
-        let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping });
-        let audit = audit_of(FrBd::new(table_2_curve(), bristle.unwrap()));
+    let with = |micro_damping: f64| {
+        let bristle = own_element(stiffening(), micro_damping);
+        let audit = audit_of(FrBd::new(table_2_curve(), bristle));
         let passive = Scheme::ALL.iter().position(|&scheme| scheme == Scheme::Passive).unwrap();
         (audit.passivity.excess, audit.steps[passive].is_some())
     };

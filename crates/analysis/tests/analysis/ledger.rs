@@ -50,7 +50,10 @@ fn the_energy_machine_of_exact_steps_gives_the_printed_work() {
         assert!(ledger.gain() >= -80.0 * supplied);
     }
     assert_machine(table_2_lugre(), WORK[0]);
-    assert_machine(LuGre::with_viscous_part_inside(table_2_curve(), table_2_bristle()), WORK[1]);
+    assert_machine(
+        LuGre::with_viscous_friction(table_2_curve(), table_2_bristle(), 0.0).unwrap(),
+        WORK[1],
+    );
     assert_machine(table_2_frbd(), WORK[2]);
 }
 
@@ -77,7 +80,10 @@ fn the_energy_machine_of_an_integrator_gives_the_printed_work_too() {
         assert!(ledger.total().residual().abs() < 1e-9, "{:e}", ledger.total().residual());
     }
     assert_machine(table_2_lugre(), WORK[0]);
-    assert_machine(LuGre::with_viscous_part_inside(table_2_curve(), table_2_bristle()), WORK[1]);
+    assert_machine(
+        LuGre::with_viscous_friction(table_2_curve(), table_2_bristle(), 0.0).unwrap(),
+        WORK[1],
+    );
     assert_machine(table_2_frbd(), WORK[2]);
 }
 

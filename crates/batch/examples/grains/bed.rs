@@ -30,7 +30,7 @@ pub(crate) const CURVE: StribeckParameters<f64> = StribeckParameters {
     stribeck_exponent: 2.0,
     viscous_friction: 0.0,
 };
-const BRISTLE: KelvinVoigtParameters<f64, f64> =
+const BRISTLE: KelvinVoigtParameters<f64> =
     KelvinVoigtParameters { micro_stiffness: 3e4, micro_damping: 0.1 };
 /// The load at which the bristles have this stiffness [N].
 const REFERENCE_LOAD: f64 = 0.05;

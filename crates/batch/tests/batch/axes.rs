@@ -257,7 +257,6 @@ fn steps_of_several_axes_are_those_of_a_contact_in_a_plane() {
     steps_are_those_of_a_contact::<f64, 2>();
     steps_are_those_of_a_contact::<f64, 3>();
     steps_are_those_of_a_contact::<f32, 2>();
-    steps_are_those_of_a_contact::<f32, 3>();
 }
 
 /// Loads that come and go, velocities that nobody predicted.
@@ -322,7 +321,6 @@ fn contacts_of_several_axes_that_come_and_go_give_no_energy_that_was_not_stored(
         contacts_that_come_and_go_give_no_energy::<f64, 2>(stays);
         contacts_that_come_and_go_give_no_energy::<f64, 3>(stays);
         contacts_that_come_and_go_give_no_energy::<f32, 2>(stays);
-        contacts_that_come_and_go_give_no_energy::<f32, 3>(stays);
     }
 }
 

@@ -305,8 +305,8 @@ fn one_axis<T: Scalar>(draw: &Draw<1>, next: f64, h: f64) {
     let plane = PlaneLuGre::classical(curve, axes).unwrap();
     compare_bits((scalar, plane), state, &what);
     compare_bits((scalar.regularised(root), plane.regularised(root)), state, &what);
-    let scalar = LuGre::with_viscous_part_inside(curve, bristle);
-    let plane = PlaneLuGre::with_viscous_part_inside(curve, axes).unwrap();
+    let scalar = LuGre::with_viscous_friction(curve, bristle, T::zero()).unwrap();
+    let plane = PlaneLuGre::with_viscous_friction(curve, axes, T::zero()).unwrap();
     compare_bits((scalar, plane), state, &what);
 }
 
@@ -672,7 +672,7 @@ fn bad_axes_are_refused_by_name() {
         for refused in [
             PlaneFrBd::new(curve, axes).unwrap_err(),
             PlaneLuGre::classical(curve, axes).unwrap_err(),
-            PlaneLuGre::with_viscous_part_inside(curve, axes).unwrap_err(),
+            PlaneLuGre::with_viscous_friction(curve, axes, 0.0).unwrap_err(),
         ] {
             assert_eq!((refused.name, refused.component), ("friction_ratio", Some(1)), "{bad}");
         }

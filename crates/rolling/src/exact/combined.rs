@@ -10,12 +10,12 @@ use nalgebra::SVector;
 use super::coupling::Coupling;
 use super::queue::Queue;
 use super::{Memory, PatchLedger, slipped};
-use crate::combined::finite;
+use crate::combined::{axes_of, finite};
 use crate::patch::Frozen;
 use crate::{Motion, Patch, PolynomialExponential};
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::is_zero;
-use bristle::{Affine, Contact, Reloaded, Scalar};
+use bristle::{Affine, Reloaded, Scalar};
 use bristle_plane::PlaneBristle;
 
 /// A patch in motion in combined slip, without a grid: [`ExactPatch`](super::ExactPatch) with a
@@ -246,25 +246,18 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         slip_velocity: &SVector<T, A>,
         of: impl Fn(&Patch<T, M, PolynomialExponential<T, N>>, &Queue<T, N, B>, &Affine<T>, T) -> T,
     ) -> SVector<T, A> {
-        let axes = self.contacts(slip_velocity);
+        let axes = axes_of(self.patch.contact(), slip_velocity);
         SVector::from_fn(|i, _| {
             let v = slip_velocity[i];
             of(&self.patch, &self.queues[i], &axes[i].affine(v, T::zero()), v)
         })
     }
 
-    /// Each axis at a slip velocity.
-    #[inline]
-    fn contacts(&self, slip_velocity: &SVector<T, A>) -> [Contact<T, M::Axis>; A] {
-        let contact = self.patch.contact();
-        contact.model().axes(slip_velocity).map(|axis| contact.with_model(axis))
-    }
-
     /// The coefficients and the motion of each axis.
     #[inline]
     fn frozen(&self, motion: Motion<SVector<T, A>, T>) -> Result<[Frozen<T>; A], ParameterError> {
         let Motion { slip_velocity, rolling_speed } = motion;
-        let axes = self.contacts(finite("slip_velocity", &slip_velocity)?);
+        let axes = axes_of(self.patch.contact(), finite("slip_velocity", &slip_velocity)?);
         let mut all = [Frozen::still(); A];
         for ((frozen, contact), &slip_velocity) in all.iter_mut().zip(&axes).zip(&slip_velocity) {
             *frozen = self.patch.frozen(contact, Motion { slip_velocity, rolling_speed })?;

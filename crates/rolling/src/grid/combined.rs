@@ -19,9 +19,8 @@ use alloc::vec::Vec;
 
 use nalgebra::SVector;
 
-use super::path::Paths;
-use super::{Line, Mesh, affine_of};
-use crate::combined::finite;
+use super::{Line, Mesh};
+use crate::combined::{axes_of, finite};
 use crate::exact::slipped;
 use crate::{Motion, Patch, Pressure};
 use bristle::parameter::{Named, ParameterError};
@@ -157,7 +156,7 @@ where
         let half = lit::<T>(0.5) * self.contact.reference_load();
         let stiffness = self.contact.model().storage_stiffness();
         let axes = self.lines.iter().zip(&stiffness);
-        axes.fold(T::zero(), |sum, (line, &k)| sum + half * self.mesh.mean_square(line, |_| k))
+        axes.fold(T::zero(), |sum, (line, &k)| sum + half * k * self.mesh.mean_square(line))
     }
 
     /// The friction force \[N\] of the deflections as they are, at slip velocities v(ξ) [m/s].
@@ -198,31 +197,15 @@ where
     {
         let duration = Named("duration", duration).non_negative()?;
         let Motion { slip_velocity, rolling_speed } = field;
-        let (model, scale) = (self.contact.model(), self.contact.friction_scale());
-        let paths = Paths {
-            driven: |_, velocity: &SVector<T, A>| {
-                let axes = model.axes(velocity);
-                core::array::from_fn(|i| {
-                    let affine = affine_of(&axes[i], scale, velocity[i], T::zero());
-                    (affine.relaxation, affine.drive * velocity[i])
-                })
-            },
-            slip_velocity,
-            rolling_speed,
-            length: self.mesh.length,
-            duration,
-            cells: self.mesh.cells(),
+        let driven = |velocity: &SVector<T, A>| {
+            let axes = axes_of(&self.contact, velocity);
+            core::array::from_fn(|i| {
+                let affine = axes[i].affine(velocity[i], T::zero());
+                (affine.relaxation, affine.drive * velocity[i])
+            })
         };
-        let mut ranges = self.lines.each_ref().map(|line| line.range);
-        for (node, &place) in self.mesh.places.iter().enumerate() {
-            let arrival = paths.arrival(place, &mut ranges)?;
-            for (line, change) in self.lines.iter_mut().zip(arrival.changes) {
-                let before = arrival.origin.map_or_else(T::zero, |at| line.at(at));
-                if let Some(next) = line.next.get_mut(node) {
-                    *next = change.of(before);
-                }
-            }
-        }
+        let along = Motion { slip_velocity, rolling_speed };
+        let ranges = self.mesh.follow(&mut self.lines, driven, along, duration)?;
         let end = |place| slip_velocity(place, duration);
         let force = self.weigh(|line| &line.next, end, |_| T::one());
         finite("force", &force)?;
@@ -237,15 +220,14 @@ where
         slip_velocity: impl Fn(T) -> SVector<T, A>,
         weight: impl Fn(T) -> T,
     ) -> SVector<T, A> {
-        let (load, scale) = (self.contact.reference_load(), self.contact.friction_scale());
+        let load = self.contact.reference_load();
         let mut sum = SVector::<T, A>::zeros();
         for (node, (&place, &w)) in self.mesh.places.iter().zip(&self.mesh.weights).enumerate() {
             let v = slip_velocity(place);
-            let axes = self.contact.model().axes(&v).into_iter().zip(&v);
-            for ((line, (model, &v)), sum) in self.lines.iter().zip(axes).zip(sum.iter_mut()) {
+            let axes = axes_of(&self.contact, &v).into_iter().zip(&v);
+            for ((line, (axis, &v)), sum) in self.lines.iter().zip(axes).zip(sum.iter_mut()) {
                 if let Some(&z) = deflections(line).get(node) {
-                    let affine = affine_of(&model, scale, v, z);
-                    *sum += weight(place) * w * load * affine.coefficient(v, z);
+                    *sum += weight(place) * w * load * axis.affine(v, z).coefficient(v, z);
                 }
             }
         }

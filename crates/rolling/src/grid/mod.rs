@@ -1,6 +1,6 @@
-//! A patch on a grid, for bristles, slip velocities or rolling speeds that vary along it.
+//! A patch on a grid, for slip velocities or rolling speeds that vary along it.
 //!
-//! ∂z/∂t + V(ξ, t) ∂z/∂ξ = −λ(v, ξ) z + r(v, ξ) v,  F = L ∫₀¹ p(ξ) (c₀ z + c₂ v) dξ
+//! ∂z/∂t + V(ξ, t) ∂z/∂ξ = −λ(v) z + r(v) v,  F = L ∫₀¹ p(ξ) (c₀ z + c₂ v) dξ
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -34,10 +34,11 @@ use alloc::vec::Vec;
 
 pub use combined::CombinedGrid;
 
-use nalgebra::Vector1;
+use nalgebra::{SVector, Vector1};
 
 use super::{Motion, Patch, Pressure};
 use crate::exact::slipped;
+use crate::patch::of_velocity;
 use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, to_f64};
@@ -49,24 +50,6 @@ use path::{Paths, located, widened};
 const MOST_CELLS: usize = 10_000_000;
 /// Samples of a given profile in each cell, for its range.
 const SAMPLES: usize = 8;
-
-/// What the bristles are.
-#[derive(Debug, Clone, PartialEq)]
-enum Bristles<M> {
-    /// Equal everywhere, with coefficients that depend on the velocity alone.
-    Uniform(M),
-    /// One for each node, each with its own coefficients.
-    Varying(Vec<M>),
-}
-
-impl<M> Bristles<M> {
-    fn at(&self, node: usize) -> Option<&M> {
-        match self {
-            Bristles::Uniform(model) => Some(model),
-            Bristles::Varying(models) => models.get(node),
-        }
-    }
-}
 
 /// The deflections of a patch at equidistant nodes.
 ///
@@ -104,9 +87,9 @@ impl<M> Bristles<M> {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid<T, M> {
-    contact: Contact<T, Bristles<M>>,
+    contact: Contact<T, M>,
     mesh: Mesh<T>,
-    line: Line<T>,
+    lines: [Line<T>; 1],
 }
 
 /// The nodes of a patch.
@@ -129,75 +112,19 @@ struct Line<T> {
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
-    /// A patch of equal bristles on N cells, undeflected.
+    /// A patch on N cells, undeflected.
     ///
     /// # Errors
     ///
-    /// Refuses zero cells or more than ten million, and a pressure that is negative or not finite
-    /// somewhere.
+    /// Refuses a model whose coefficients depend on its deflection, zero cells or more than ten
+    /// million, and a pressure that is negative or not finite somewhere.
     pub fn new<P: Pressure<T>>(
         patch: &Patch<T, M, P>,
         cells: usize,
     ) -> Result<Self, ParameterError> {
-        Self::build(patch, cells, |_| Ok(Bristles::Uniform(patch.model().clone())))
-    }
-}
-
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
-    /// A patch whose bristles vary along it, undeflected: its model is a function of the place ξ,
-    /// called once for each node. Between the nodes λ and r v are interpolated.
-    ///
-    /// It also takes bristles that switch with their deflection (elasto-plastic). Each node has its
-    /// own coefficients, and α is frozen over a step: first order in the length of the step.
-    ///
-    /// ```
-    /// use bristle_rolling::{Grid, Motion, Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::{FrBd, paper};
-    /// use bristle::curve::Stribeck;
-    /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-    ///
-    /// // Softer towards the outlet.
-    /// let model = |place: f64| {
-    ///     let micro_stiffness = 252.0 * (1.0 - 0.5 * place);
-    ///     let bristle = KelvinVoigtParameters { micro_stiffness, micro_damping: 0.0 };
-    ///     Ok(FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(bristle)?))
-    /// };
-    /// let pressure = PolynomialExponential::parabolic();
-    /// let patch = Patch::new(PatchParameters { model, length: 0.1, pressure })?;
-    /// let mut grid = Grid::varying(&patch, 100)?;
-    ///
-    /// // Spin: the slip velocity changes its sign inside the patch.
-    /// let spin = Motion {
-    ///     slip_velocity: |place, _| 0.6 - place,
-    ///     rolling_speed: |_, _| 16.0,
-    /// };
-    /// let force = grid.step_field(&spin, 1e-4)?;
-    /// assert!(force > 0.0);
-    /// # Ok::<(), bristle::ParameterError>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// Refuses what [`Grid::new`] refuses, and passes on the errors of the function of the place.
-    pub fn varying<P, F>(patch: &Patch<T, F, P>, cells: usize) -> Result<Self, ParameterError>
-    where
-        P: Pressure<T>,
-        F: Fn(T) -> Result<M, ParameterError>,
-    {
-        Self::build(patch, cells, |places| {
-            let models = places.iter().map(|&place| (patch.model())(place));
-            models.collect::<Result<Vec<M>, _>>().map(Bristles::Varying)
-        })
-    }
-
-    fn build<Q, P: Pressure<T>>(
-        patch: &Patch<T, Q, P>,
-        cells: usize,
-        bristles: impl FnOnce(&[T]) -> Result<Bristles<M>, ParameterError>,
-    ) -> Result<Self, ParameterError> {
-        let mesh = Mesh::new(patch, cells)?;
-        let contact = patch.contact().with_model(bristles(&mesh.places)?);
-        Ok(Self { contact, line: Line::undeflected(cells), mesh })
+        of_velocity(patch.model())?;
+        let (mesh, lines) = (Mesh::new(patch, cells)?, [Line::undeflected(cells)]);
+        Ok(Self { contact: patch.contact().clone(), mesh, lines })
     }
 
     /// This grid with the deflections z(ξ) \[m\].
@@ -208,7 +135,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     pub fn with_profile(mut self, profile: impl Fn(T) -> T) -> Result<Self, ParameterError> {
         let mut range = (T::zero(), T::zero());
         let cells = self.cells();
-        let nodes = self.line.deflections.iter_mut().zip(&self.mesh.places);
+        let nodes = self.lines[0].deflections.iter_mut().zip(&self.mesh.places);
         for (node, (deflection, &place)) in nodes.enumerate() {
             let at = |place| {
                 ParameterError::of_component(node, Named("profile", profile(place)).finite())
@@ -220,7 +147,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
                 range = widened(range, value);
             }
         }
-        self.line.range = range;
+        self.lines[0].range = range;
         Ok(self)
     }
 
@@ -236,7 +163,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
 
     /// Deflections at the nodes \[m\].
     pub fn deflections(&self) -> &[T] {
-        &self.line.deflections
+        &self.lines[0].deflections
     }
 
     /// The normal force F_z \[N\].
@@ -260,15 +187,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let surface = Surface::scaled(slip_velocity, self.contact.friction_scale());
         let mut kept = T::one();
         if change.after < change.before {
-            for (node, &deflection) in self.line.deflections.iter().enumerate() {
-                if let Some(model) = self.contact.model().at(node) {
-                    let carried = model.storage_stiffness() * deflection;
-                    kept = kept.smaller(change.kept_by(model, surface, carried));
-                }
+            let model = self.contact.model();
+            for &deflection in &self.lines[0].deflections {
+                let carried = model.storage_stiffness() * deflection;
+                kept = kept.smaller(change.kept_by(model, surface, carried));
             }
         }
         let dissipated = slipped(self.stored_energy(), kept);
-        self.line.scale(kept);
+        self.lines[0].scale(kept);
         Ok(Reloaded { deflection: (), dissipated })
     }
 
@@ -280,7 +206,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
         let stored = self.stored_energy();
         let (kept, lost) = self.contact.renew_load(normal_force)?.renewed();
-        self.line.scale(kept);
+        self.lines[0].scale(kept);
         Ok(Reloaded { deflection: (), dissipated: lost * stored })
     }
 
@@ -294,28 +220,25 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// elsewhere.
     pub fn deflection(&self, place: T) -> T {
         let inside = place >= T::zero() && place <= T::one();
-        if inside { self.line.at(place) } else { T::nan() }
+        if inside { self.lines[0].at(place) } else { T::nan() }
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ σ0 p z² dξ \[J\].
     pub fn stored_energy(&self) -> T {
-        let models = self.contact.model();
-        let sum = self.mesh.mean_square(&self.line, |node| {
-            models.at(node).map_or_else(T::zero, Bristle::storage_stiffness)
-        });
-        sum * (lit::<T>(0.5) * self.contact.reference_load())
+        let half = lit::<T>(0.5) * self.contact.reference_load();
+        half * self.contact.model().storage_stiffness() * self.mesh.mean_square(&self.lines[0])
     }
 
     /// The force F \[N\] of the deflections as they are, at a slip velocity [m/s].
     pub fn force(&self, slip_velocity: T) -> T {
-        self.force_of(&self.line.deflections, &|_| slip_velocity)
+        self.force_of(&self.lines[0].deflections, &|_| slip_velocity)
     }
 
     /// A step of length h ≥ 0 \[s\] with the motion held. The patch may also roll backwards (U <
     /// 0). Returns the force F \[N\] at the end.
     ///
     /// For a motion that varies in time take the one at the middle of the step (second order), or
-    /// [`Grid::step_field`]. Equal bristles cost one evaluation of the model a step.
+    /// [`Grid::step_field`]. It costs one evaluation of the model.
     ///
     /// # Errors
     ///
@@ -324,21 +247,17 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let slip = Named("slip_velocity", motion.slip_velocity).finite()?;
         let speed = Named("rolling_speed", motion.rolling_speed).finite()?;
-        let Bristles::Uniform(model) = self.contact.model() else {
-            let field = Motion { slip_velocity: |_, _| slip, rolling_speed: |_, _| speed };
-            return self.step_field(&field, duration);
-        };
         let duration = Named("duration", duration).non_negative()?;
-        let affine = affine_of(model, self.contact.friction_scale(), slip, T::zero());
+        let affine = self.contact.affine(slip, T::zero());
         let drive = affine.drive * slip;
         let courant = speed / self.mesh.length * duration * lit(self.cells() as f64);
-        self.line.shift(&affine, drive, courant, duration);
-        let range = widened(self.line.range, drive / affine.relaxation);
-        let sums = (self.mesh.weights.iter().zip(&self.line.next))
+        self.lines[0].shift(&affine, drive, courant, duration);
+        let range = widened(self.lines[0].range, drive / affine.relaxation);
+        let sums = (self.mesh.weights.iter().zip(&self.lines[0].next))
             .fold((T::zero(), T::zero()), |sums, (&w, &z)| (sums.0 + w * z, sums.1 + w));
         let coefficient = affine.stiffness * sums.0 + affine.damping * slip * sums.1;
         let force = Named("force", self.contact.reference_load() * coefficient).finite()?;
-        self.line.commit(range);
+        self.lines[0].commit(range);
         Ok(force)
     }
 
@@ -366,61 +285,30 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     {
         let duration = Named("duration", duration).non_negative()?;
         let Motion { slip_velocity, rolling_speed } = field;
-        let (bristles, scale) = (self.contact.model(), self.contact.friction_scale());
-        let paths = Paths {
-            driven: |place, slip: &Vector1<T>| {
-                [bristles.driven(scale, place, slip.x, &self.line.deflections)]
-            },
-            slip_velocity: |place, time| Vector1::new(slip_velocity(place, time)),
-            rolling_speed,
-            length: self.mesh.length,
-            duration,
-            cells: self.mesh.cells(),
+        let driven = |slip: &Vector1<T>| {
+            let affine = self.contact.affine(slip.x, T::zero());
+            [(affine.relaxation, affine.drive * slip.x)]
         };
-        let mut ranges = [self.line.range];
-        for (node, &place) in self.mesh.places.iter().enumerate() {
-            let arrival = paths.arrival(place, &mut ranges);
-            let arrival = arrival.map_err(|error| ParameterError { component: None, ..error })?;
-            let before = arrival.origin.map_or_else(T::zero, |at| self.line.at(at));
-            let [change] = arrival.changes;
-            if let Some(next) = self.line.next.get_mut(node) {
-                *next = change.of(before);
-            }
-        }
-        let force = self.force_of(&self.line.next, &|place| slip_velocity(place, duration));
+        let slip = |place, time| Vector1::new(slip_velocity(place, time));
+        let along = Motion { slip_velocity: slip, rolling_speed };
+        let followed = self.mesh.follow(&mut self.lines, driven, along, duration);
+        let [range] = followed.map_err(|error| ParameterError { component: None, ..error })?;
+        let force = self.force_of(&self.lines[0].next, &|place| slip_velocity(place, duration));
         let force = Named("force", force).finite()?;
-        let [range] = ranges;
-        self.line.commit(range);
+        self.lines[0].commit(range);
         Ok(force)
     }
 
     fn force_of(&self, deflections: &[T], slip_velocity: &impl Fn(T) -> T) -> T {
         let Mesh { weights, places, .. } = &self.mesh;
-        let scale = self.contact.friction_scale();
-        let nodes = weights.iter().zip(deflections).zip(places).enumerate();
-        let coefficient = nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
+        let nodes = weights.iter().zip(deflections).zip(places);
+        let coefficient = nodes.fold(T::zero(), |sum, ((&weight, &deflection), &place)| {
             let slip = slip_velocity(place);
-            self.contact.model().at(node).map_or(sum, |model| {
-                let affine = affine_of(model, scale, slip, deflection);
-                sum + weight * affine.coefficient(slip, deflection)
-            })
+            let affine = self.contact.affine(slip, T::zero());
+            sum + weight * affine.coefficient(slip, deflection)
         });
         self.contact.reference_load() * coefficient
     }
-}
-
-/// The coefficients of a model under a friction scale; none without a load.
-#[inline]
-fn affine_of<T: Scalar, M: Bristle<T, Deflection = T>>(
-    model: &M,
-    scale: T,
-    slip: T,
-    deflection: T,
-) -> Affine<T> {
-    if is_zero(scale) {
-        return Affine::none();
-    }
-    model.affine(Surface::scaled(slip, scale), deflection)
 }
 
 impl<T: Scalar> Mesh<T> {
@@ -445,12 +333,39 @@ impl<T: Scalar> Mesh<T> {
         self.places.len() - 1
     }
 
-    /// Σ wᵢ Kᵢ zᵢ² \[m\]
-    fn mean_square(&self, line: &Line<T>, stiffness: impl Fn(usize) -> T) -> T {
-        let nodes = self.weights.iter().zip(&line.deflections).enumerate();
-        nodes.fold(T::zero(), |sum, (node, (&weight, &deflection))| {
-            sum + weight * stiffness(node) * deflection * deflection
-        })
+    /// Σ wᵢ zᵢ² \[m²\]
+    fn mean_square(&self, line: &Line<T>) -> T {
+        let nodes = self.weights.iter().zip(&line.deflections);
+        nodes.fold(T::zero(), |sum, (&weight, &z)| sum + weight * z * z)
+    }
+
+    /// Follows the bristles of every node over a step in a field. Their deflections after it are
+    /// the lines' next ones; returns the ranges of these.
+    fn follow<F, G, const A: usize>(
+        &self,
+        lines: &mut [Line<T>; A],
+        driven: impl Fn(&SVector<T, A>) -> [(T, T); A],
+        field: Motion<F, G>,
+        duration: T,
+    ) -> Result<[(T, T); A], ParameterError>
+    where
+        F: Fn(T, T) -> SVector<T, A>,
+        G: Fn(T, T) -> T,
+    {
+        let Motion { slip_velocity, rolling_speed } = field;
+        let (length, cells) = (self.length, self.cells());
+        let paths = Paths { driven, slip_velocity, rolling_speed, length, duration, cells };
+        let mut ranges = lines.each_ref().map(|line| line.range);
+        for (node, &place) in self.places.iter().enumerate() {
+            let arrival = paths.arrival(place, &mut ranges)?;
+            for (line, change) in lines.iter_mut().zip(arrival.changes) {
+                let before = arrival.origin.map_or_else(T::zero, |at| line.at(at));
+                if let Some(next) = line.next.get_mut(node) {
+                    *next = change.of(before);
+                }
+            }
+        }
+        Ok(ranges)
     }
 }
 

@@ -23,13 +23,12 @@
 
 use nalgebra::SVector;
 
-use super::interpolation::{cut, lagrange};
-use super::{Bristles, affine_of};
+use super::interpolation::cut;
 use crate::combined::finite;
+use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
 use bristle::root::enclose;
 use bristle::scalar::{lit, to_f64};
-use bristle::{Bristle, Scalar};
 
 /// √6
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -109,7 +108,7 @@ pub(super) fn widened<T: Scalar>((low, high): (T, T), value: T) -> (T, T) {
 /// Everything the paths of a step share.
 #[derive(Debug)]
 pub(super) struct Paths<T, D, F, G> {
-    /// λᵢ and uᵢ = rᵢ vᵢ of every axis at a place and a slip velocity.
+    /// λᵢ and uᵢ = rᵢ vᵢ of every axis at a slip velocity.
     pub(super) driven: D,
     /// v(ξ, t)
     pub(super) slip_velocity: F,
@@ -178,7 +177,7 @@ where
         ranges: &mut [(T, T); A],
     ) -> Result<Arrival<T, A>, ParameterError>
     where
-        D: Fn(T, &SVector<T, A>) -> [(T, T); A],
+        D: Fn(&SVector<T, A>) -> [(T, T); A],
         F: Fn(T, T) -> SVector<T, A>,
     {
         let (zero, one) = (T::zero(), T::one());
@@ -257,7 +256,7 @@ where
         arrival: &mut Arrival<T, A>,
         ranges: &mut [(T, T); A],
     ) where
-        D: Fn(T, &SVector<T, A>) -> [(T, T); A],
+        D: Fn(&SVector<T, A>) -> [(T, T); A],
         F: Fn(T, T) -> SVector<T, A>,
     {
         let (zero, one) = (T::zero(), T::one());
@@ -283,66 +282,18 @@ where
         arrival: &mut Arrival<T, A>,
         ranges: &mut [(T, T); A],
     ) where
-        D: Fn(T, &SVector<T, A>) -> [(T, T); A],
+        D: Fn(&SVector<T, A>) -> [(T, T); A],
         F: Fn(T, T) -> SVector<T, A>,
     {
         let duration = (panel.end.0 - panel.start.0) * (to - from);
         let met = PLACES.map(|place| {
             let part = if place < 1.0 { from + (to - from) * lit(place) } else { to };
             let (place, time) = (panel.place(part), panel.time(part));
-            (self.driven)(place, &self.slip(place, time))
+            (self.driven)(&self.slip(place, time))
         });
         for (axis, (change, range)) in arrival.changes.iter_mut().zip(ranges).enumerate() {
             change.pass(met.each_ref().map(|met| met[axis]), duration, range);
         }
-    }
-}
-
-impl<M> Bristles<M> {
-    /// λ and u = r v at a place: that of the node there, or interpolated between nodes.
-    #[inline]
-    pub(super) fn driven<T: Scalar>(&self, scale: T, place: T, slip: T, deflections: &[T]) -> (T, T)
-    where
-        M: Bristle<T, Deflection = T>,
-    {
-        let of = |model: &M, deflection: T| {
-            let affine = affine_of(model, scale, slip, deflection);
-            (affine.relaxation, affine.drive * slip)
-        };
-        let models = match self {
-            Bristles::Uniform(model) => return of(model, T::zero()),
-            Bristles::Varying(models) => models,
-        };
-        let cells = models.len().saturating_sub(1);
-        let (cell, part) = located(place, cells);
-        let at = |i: usize| match (models.get(i), deflections.get(i)) {
-            (Some(model), Some(&deflection)) => of(model, deflection),
-            _ => (T::zero(), T::zero()),
-        };
-        // At a node but for rounding.
-        let nearest = part.round();
-        if (part - nearest).abs() <= T::default_epsilon() * lit(8.0 * cells as f64) {
-            return at(if nearest > T::zero() { cell + 1 } else { cell });
-        }
-        let count = (cells + 1).min(4);
-        let first = cell.saturating_sub(1).min(cells + 1 - count);
-        let (mut relaxation, mut drive) = (T::zero(), T::zero());
-        let none = T::one() / T::zero();
-        let (mut range, mut all_relax) = ((none, -none), true);
-        let weights = lagrange(part + lit((cell - first) as f64), count);
-        for (node, weight) in (first..).zip(weights).take(count) {
-            let met = at(node);
-            relaxation += weight * met.0;
-            drive += weight * met.1;
-            all_relax &= met.0 > T::zero();
-            range = widened(range, met.1 / met.0);
-        }
-        let relaxation = if relaxation < T::zero() { T::zero() } else { relaxation };
-        // No stationary deflection beyond those of the nodes around; between two nodes a smooth
-        // extremum lies beyond them by an eighth of their range.
-        let margin = (range.1 - range.0) * lit(0.25);
-        let (low, high) = (relaxation * (range.0 - margin), relaxation * (range.1 + margin));
-        (relaxation, if all_relax { cut(drive, low, high) } else { drive })
     }
 }
 

@@ -9,7 +9,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{FrBd, Scalar};
 use bristle_plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle_rolling::{
-    CombinedPatch, LinearisedPatch, Motion, Passivity, Patch, PatchParameters,
+    CombinedPatch, LinearisedPatch, Motion, Patch, PatchParameters, PatchPassivity,
     PolynomialExponential, PolynomialExponentialParameters, Segment,
 };
 use bristle_specimens::recipe::decades;
@@ -223,41 +223,6 @@ fn little_none_and_very_much_slip_have_their_limits() {
 // ---------------------------------------------------------------------------------------------
 
 #[test]
-fn isotropic_bristles_in_one_direction_are_the_patch_of_one_axis() {
-    let angle = 0.0..std::f64::consts::TAU;
-    check(100, (rubber(), steps(), angle), |(rubber, run, angle)| {
-        let direction = Vector2::new(angle.cos(), angle.sin());
-        let mut plane = patch(rubber.isotropic(), falling()).combined_in(40).unwrap();
-        let mut line = patch(rubber.line(), falling()).exact_in(40).unwrap();
-        // Straight running is exactly that of one axis.
-        let mut other = patch(rubber.line(), falling()).exact_in(40).unwrap();
-        let mut straight = patch(rubber.isotropic(), falling()).combined_in(40).unwrap();
-        for step in run {
-            let (v, speed) = (step.predicted.x, LENGTH * step.transport);
-            let motion = Motion { slip_velocity: v * direction, rolling_speed: speed };
-            let along = Motion { slip_velocity: v, rolling_speed: speed };
-            let want = line.step(along, step.duration).unwrap();
-            let got = plane.step(motion, step.duration).unwrap();
-            // What the last stroke has left; every step rounds ‖v‖, and λh is up to 1e4.
-            let scale = LOAD * rubber.curve[0] * rubber.curve[1];
-            assert_within(1e-11, scale, (got - want * direction).norm(), 0.0, || {
-                format!("{step:?}")
-            });
-            let motion = Motion { slip_velocity: Vector2::new(v, 0.0), rolling_speed: speed };
-            let want = other.step(along, step.duration).unwrap();
-            let got = straight.step(motion, step.duration).unwrap();
-            assert_eq!((got.x, got.y), (want, 0.0), "{step:?}");
-            let next = Motion { slip_velocity: Vector2::new(step.mean.y, 0.0), ..motion };
-            let got = straight.companion_step(next, step.duration).unwrap();
-            let (bias, damping) = (got.bias(), got.damping());
-            let along = Motion { slip_velocity: step.mean.y, rolling_speed: speed };
-            let want = other.companion_step(along, step.duration).unwrap();
-            assert_eq!((bias.x, damping.x, bias.y), (want.bias(), want.damping(), 0.0));
-        }
-    });
-}
-
-#[test]
 fn one_axis_has_the_bits_of_the_scalar_patch() {
     check(50, (rubber(), steps()), |(rubber, run)| {
         let one: Model<f64, 1> = PlaneFrBd::isotropic(
@@ -424,7 +389,9 @@ fn dissipates<const N: usize>(
     tolerance: f64,
 ) {
     let tyre = patch(rubber.model(), pressure);
-    assert!(tyre.axes(&Vector2::zeros()).iter().all(|axis| axis.passivity() == Passivity::Passive));
+    assert!(
+        tyre.axes(&Vector2::zeros()).iter().all(|axis| axis.passivity() == PatchPassivity::Passive)
+    );
     let mut rolling = tyre.combined_in(100).unwrap();
     for (number, step) in run.iter().enumerate() {
         if number % 5 == 4 {
@@ -741,4 +708,28 @@ fn bad_motions_are_named_and_change_nothing() {
     let motion = Motion { slip_velocity: SVector::from([0.7, 0.5, 0.0]), rolling_speed: 16.0 };
     let got = third.step(motion, 1e-3).unwrap();
     assert_eq!(got, Vector3::new(before.x, before.y, 0.0));
+}
+
+#[test]
+fn a_patch_in_combined_slip_allocates_nothing() {
+    let counted = allocation_counter::measure(|| {
+        let tyre = Patch::new(PatchParameters {
+            model: PlaneFrBd::isotropic(curve([0.7, 1.5, 6.0]), bristle(300.0, 0.3)),
+            length: LENGTH,
+            pressure: PolynomialExponential::parabolic().padded::<4>(),
+        });
+        let mut rolling = tyre.unwrap().combined([[Segment::default(); 40]; 2]).unwrap();
+        for number in 0..200 {
+            let slip_velocity = Vector2::new(0.5, 0.01 * f64::from(number));
+            let motion = Motion { slip_velocity, rolling_speed: 16.0 };
+            let load = 4000.0 - 10.0 * f64::from(number);
+            let _ = rolling.reload(load, &slip_velocity).unwrap();
+            let _ = rolling.renew(load + 5.0).unwrap();
+            rolling.step(motion, 1e-3).unwrap();
+            let step = rolling.companion_step(motion, 1e-4).unwrap();
+            step.commit_with_ledger(&slip_velocity).unwrap();
+            assert!(rolling.moment(&slip_velocity).y.is_finite());
+        }
+    });
+    assert_eq!(counted.count_total, 0);
 }

@@ -98,7 +98,7 @@ fn every_model(check: &mut Check<'_>, run: (usize, usize, u64)) {
     let lugre = LuGre::classical(curve(), bristle(0.3));
     check("LuGre", &|n| over(lugre, n, run));
     check("LuGre, smooth", &|n| over(lugre.regularised(soft), n, run));
-    let inside = LuGre::with_viscous_part_inside(curve(), bristle(0.3));
+    let inside = LuGre::with_viscous_friction(curve(), bristle(0.3), 0.0).unwrap();
     check("LuGre, viscous inside", &|n| over(inside, n, run));
     let dahl =
         Dahl::new(DahlParameters { dynamic_coefficient: 0.6, micro_stiffness: 252.0 }).unwrap();
@@ -110,7 +110,7 @@ const EXACT: f64 = 1e-13;
 
 #[test]
 fn the_force_is_that_of_the_characteristics() {
-    // 8 models × 5 pressures × 10 000 steps.
+    // 8 models × 5 pressures × 3000 steps, ten crossings of the patch or more.
     every_model(
         &mut |name, over| {
             for number in 0..5 {
@@ -118,7 +118,7 @@ fn the_force_is_that_of_the_characteristics() {
                 assert!(worst <= EXACT, "{name}, pressure {number}: {worst:e}");
             }
         },
-        (10_000, 800, 7),
+        (3000, 240, 7),
     );
 }
 
@@ -208,14 +208,14 @@ fn free_rolling_for_three_hundred_transits_after_sliding_leaves_nothing() {
 }
 
 #[test]
-fn a_patch_at_rest_keeps_its_force_for_a_million_steps() {
+fn a_patch_at_rest_keeps_its_force() {
     let mut rolling = patch(tyre(), PolynomialExponential::parabolic()).exact_in(100).unwrap();
     let mut random = Random(4);
     for _ in 0..137 {
         rolling.step(motion(random.unit(), 100.0), 1e-4).unwrap();
     }
     let force = rolling.force(0.0);
-    for _ in 0..1_000_000 {
+    for _ in 0..100_000 {
         let now = rolling.step(motion(0.0, 0.0), 1e-3).unwrap();
         // λ = 0: nothing is rounded. Moments are added up anew, always alike.
         assert!((now - force).abs() <= 4.0 * f64::EPSILON * force, "{now:e} {force:e}");

@@ -282,7 +282,10 @@ fn the_closed_form_is_the_quadrature_from_no_slip_to_full_sliding() {
     let seen = model("frbd0", frbd(0.0))
         + model("frbd", frbd(DAMPING))
         + model("classical", LuGre::classical(tyre_curve(), bristle(DAMPING)))
-        + model("inside", LuGre::with_viscous_part_inside(tyre_curve(), bristle(DAMPING)));
+        + model(
+            "inside",
+            LuGre::with_viscous_friction(tyre_curve(), bristle(DAMPING), 0.0).unwrap(),
+        );
     assert_eq!(seen, 160);
 }
 
@@ -321,7 +324,7 @@ fn the_slopes_are_those_of_the_force() {
     check_slopes(frbd(DAMPING), trapezoidal(), "damped FrBD, trapezoidal");
     check_slopes(LuGre::classical(tyre_curve(), bristle(DAMPING)), exponential(), "LuGre");
     check_slopes(
-        LuGre::with_viscous_part_inside(tyre_curve(), bristle(DAMPING)),
+        LuGre::with_viscous_friction(tyre_curve(), bristle(DAMPING), 0.0).unwrap(),
         PolynomialExponential::parabolic(),
         "LuGre, viscous part inside",
     );
@@ -450,7 +453,7 @@ fn the_peak_is_the_highest_force() {
     peak(frbd(0.3), PolynomialExponential::parabolic());
     peak(frbd(0.01), trapezoidal());
     peak(LuGre::classical(tyre_curve(), bristle(0.01)), exponential());
-    peak(LuGre::with_viscous_part_inside(tyre_curve(), bristle(0.01)), exponential());
+    peak(LuGre::with_viscous_friction(tyre_curve(), bristle(0.01), 0.0).unwrap(), exponential());
 }
 
 #[test]

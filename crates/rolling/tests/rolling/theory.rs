@@ -11,7 +11,8 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::Function;
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, paper};
 use bristle_rolling::{
-    FunctionPressure, Motion, Passivity, Patch, PatchParameters, PolynomialExponential, Pressure,
+    FunctionPressure, Motion, Patch, PatchParameters, PatchPassivity, PolynomialExponential,
+    Pressure,
 };
 use bristle_specimens::{assert_within, check};
 use nalgebra::Complex;
@@ -40,13 +41,16 @@ fn falling() -> impl Pressure<f64> + Copy {
 #[test]
 fn falling_pressure_is_passive_and_rising_pressure_is_named_with_its_place() {
     let model = frbd(0.1);
-    assert_eq!(patch(model, PolynomialExponential::constant()).passivity(), Passivity::Passive);
-    assert_eq!(patch(model, exponential(0.1)).passivity(), Passivity::Passive);
-    assert_eq!(patch(model, exponential(50.0)).passivity(), Passivity::Passive);
-    assert_eq!(patch(model, falling()).passivity(), Passivity::Passive);
+    assert_eq!(
+        patch(model, PolynomialExponential::constant()).passivity(),
+        PatchPassivity::Passive
+    );
+    assert_eq!(patch(model, exponential(0.1)).passivity(), PatchPassivity::Passive);
+    assert_eq!(patch(model, exponential(50.0)).passivity(), PatchPassivity::Passive);
+    assert_eq!(patch(model, falling()).passivity(), PatchPassivity::Passive);
 
-    let near = |answer: Passivity<f64>, place: f64, slope: f64| {
-        let Passivity::Rises { place: at, slope: by } = answer else { panic!("{answer:?}") };
+    let near = |answer: PatchPassivity<f64>, place: f64, slope: f64| {
+        let PatchPassivity::Rises { place: at, slope: by } = answer else { panic!("{answer:?}") };
         assert!((at - place).abs() < 1e-12, "at {at}, not {place}");
         assert_within(1e-12, slope, by, slope, || "slope".into());
     };
@@ -60,15 +64,17 @@ fn falling_pressure_is_passive_and_rising_pressure_is_named_with_its_place() {
 
     let uniform = |_: f64| (252.0, 0.0);
     let table = table([(0.0, 2.0), (0.3, 1.0), (0.6, 1.5), (1.0, 0.0)]);
-    near(Passivity::of(&table, uniform, |_| (1.0, 0.0)), 0.3, 252.0 * 0.5 / 0.3);
+    near(PatchPassivity::of(&table, uniform, |_| (1.0, 0.0)), 0.3, 252.0 * 0.5 / 0.3);
     let steps = |up: f64| {
         let step = move |x: f64| if x < 0.4 { (1.0, 0.0) } else { (1.0 + up, 0.0) };
-        Passivity::of(&FunctionPressure::new(Function::new(step, [0.4])).unwrap(), uniform, |_| {
-            (1.0, 0.0)
-        })
+        PatchPassivity::of(
+            &FunctionPressure::new(Function::new(step, [0.4])).unwrap(),
+            uniform,
+            |_| (1.0, 0.0),
+        )
     };
-    assert_eq!(steps(-0.5), Passivity::Passive);
-    assert!(matches!(steps(0.1), Passivity::Rises { slope: f64::INFINITY, .. }));
+    assert_eq!(steps(-0.5), PatchPassivity::Passive);
+    assert!(matches!(steps(0.1), PatchPassivity::Rises { slope: f64::INFINITY, .. }));
 }
 
 #[test]
@@ -76,23 +82,29 @@ fn the_condition_weighs_pressure_stiffness_and_rolling_speed() {
     // Σ0 V = e^((b + c − a)ξ): passive iff b + c ≤ a.
     check(100, (0.1..3.0_f64, -3.0..3.0_f64, -3.0..3.0_f64), |(a, b, c)| {
         let growing = |rate: f64| move |x: f64| ((rate * x).exp(), rate * (rate * x).exp());
-        let answer = Passivity::of(&exponential(a), growing(b), growing(c));
+        let answer = PatchPassivity::of(&exponential(a), growing(b), growing(c));
         let rate = b + c - a;
         match answer {
-            Passivity::Passive => assert!(rate <= 1e-12, "{rate}"),
-            Passivity::Rises { place, slope } => {
+            PatchPassivity::Passive => assert!(rate <= 1e-12, "{rate}"),
+            PatchPassivity::Rises { place, slope } => {
                 assert!(rate >= -1e-12 && place > 0.999, "{rate} {place}");
                 let want = a / -(-a).exp_m1() * rate * rate.exp();
                 assert_within(1e-12, want.max(1.0), slope, want, || format!("{a} {b} {c}"));
             }
-            Passivity::Model => unreachable!(),
+            PatchPassivity::Model => unreachable!(),
         }
     });
     // Exactly balanced, but for rounding of large terms.
     let growing = |rate: f64| move |x: f64| (1e6 * (rate * x).exp(), 1e6 * rate * (rate * x).exp());
-    assert_eq!(Passivity::of(&exponential(2.1), growing(0.8), growing(1.3)), Passivity::Passive);
+    assert_eq!(
+        PatchPassivity::of(&exponential(2.1), growing(0.8), growing(1.3)),
+        PatchPassivity::Passive
+    );
     let flat = PolynomialExponential::constant();
-    assert_ne!(Passivity::of(&flat, |_| (f64::NAN, 0.0), |_| (1.0, 0.0)), Passivity::Passive);
+    assert_ne!(
+        PatchPassivity::of(&flat, |_| (f64::NAN, 0.0), |_| (1.0, 0.0)),
+        PatchPassivity::Passive
+    );
 }
 
 #[test]
@@ -100,7 +112,7 @@ fn a_model_that_is_not_passive_makes_no_passive_patch() {
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
     let lugre = patch(LuGre::classical(curve, bristle), PolynomialExponential::constant());
-    assert_eq!(lugre.passivity(), Passivity::Model);
+    assert_eq!(lugre.passivity(), PatchPassivity::Model);
 }
 
 /// θ of the largest activity of a parabola, its damping number, and the ends of the first bands,
@@ -289,7 +301,7 @@ fn the_frequency_response_is_that_of_followed_bristles() {
     let both = [0.0, 0.6, -4.0];
     check_response(frbd(0.0), PolynomialExponential::constant(), &both, "FrBD, constant");
     check_response(frbd(0.05), PolynomialExponential::parabolic(), &both, "FrBD, parabolic");
-    let inside = LuGre::with_viscous_part_inside(tyre_curve(), bristle(0.05));
+    let inside = LuGre::with_viscous_friction(tyre_curve(), bristle(0.05), 0.0).unwrap();
     check_response(inside, PolynomialExponential::parabolic(), &[0.6], "LuGre inside, parabolic");
     let classical = LuGre::classical(tyre_curve(), bristle(0.05));
     check_response(classical, exponential(2.0), &[0.0, 0.6], "LuGre, exponential");
@@ -425,7 +437,7 @@ fn check_limits<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
 #[test]
 fn deflection_and_force_stay_within_their_limits() {
     let runs = (vec(-1.0..1.0_f64, 1..14), -4.0..2.0_f64, -6.0..-1.0_f64, 0.0..0.1_f64);
-    check(60, runs, |(velocities, size, initial, damping)| {
+    check(24, runs, |(velocities, size, initial, damping)| {
         let velocities: Vec<_> = velocities.iter().map(|v| v * 10.0_f64.powf(size)).collect();
         let initial = 10.0_f64.powf(initial);
         check_limits(frbd(damping), PolynomialExponential::parabolic(), initial, &velocities);
@@ -433,7 +445,7 @@ fn deflection_and_force_stay_within_their_limits() {
         let (curve, bristle) = (tyre_curve(), bristle(damping));
         let classical = LuGre::classical(curve, bristle);
         check_limits(classical, PolynomialExponential::constant(), initial, &velocities);
-        let inside = LuGre::with_viscous_part_inside(curve, bristle);
+        let inside = LuGre::with_viscous_friction(curve, bristle, 0.0).unwrap();
         check_limits(inside, trapezoidal(0.2), initial, &velocities);
         let dahl = DahlParameters { dynamic_coefficient: 0.4, micro_stiffness: 252.0 };
         check_limits(Dahl::new(dahl).unwrap(), exponential(0.1), initial, &velocities);
@@ -549,11 +561,11 @@ fn a_slope_that_is_not_a_number_is_no_proof() {
     // At the last place that is looked at, with no other after it.
     let at_the_end = |place: f64| (252.0, if place > 0.999 { f64::NAN } else { 0.0 });
     for found in [
-        Passivity::of(&flat, nan, uniform),
-        Passivity::of(&flat, uniform, nan),
-        Passivity::of(&flat, at_the_end, uniform),
+        PatchPassivity::of(&flat, nan, uniform),
+        PatchPassivity::of(&flat, uniform, nan),
+        PatchPassivity::of(&flat, at_the_end, uniform),
     ] {
-        assert!(matches!(found, Passivity::Rises { .. }), "{found:?}");
+        assert!(matches!(found, PatchPassivity::Rises { .. }), "{found:?}");
     }
 }
 
@@ -563,13 +575,15 @@ fn what_rises_between_two_places_is_seen_though_its_slope_is_not() {
     let uniform = |_: f64| (100.0, 0.0);
     // A step up from 200 to 300, at a third, which is none of the 257 places.
     let step = |place: f64| (if place < 1.0 / 3.0 { 200.0 } else { 300.0 }, 0.0);
-    for found in [Passivity::of(&flat, step, uniform), Passivity::of(&flat, uniform, step)] {
-        let Passivity::Rises { place, slope } = found else { panic!("{found:?}") };
+    for found in
+        [PatchPassivity::of(&flat, step, uniform), PatchPassivity::of(&flat, uniform, step)]
+    {
+        let PatchPassivity::Rises { place, slope } = found else { panic!("{found:?}") };
         // Over one of 256 parts; the place is that at its end.
         assert_eq!((place, slope), (86.0 / 256.0, 1e4 * 256.0));
     }
     let down = |place: f64| (if place < 1.0 / 3.0 { 300.0 } else { 200.0 }, 0.0);
-    assert_eq!(Passivity::of(&flat, down, uniform), Passivity::Passive);
+    assert_eq!(PatchPassivity::of(&flat, down, uniform), PatchPassivity::Passive);
 }
 
 #[test]

@@ -670,7 +670,7 @@ fn bad_input_is_named() {
         assert_eq!(refused(parameters), "angular_velocity");
     }
     let mut wheel = BrakedWheel::new(good()).unwrap();
-    let before = wheel.state();
+    let (before, brake) = (wheel.state(), *wheel.brake());
     let mut refused = |loads, duration| wheel.step(loads, duration).unwrap_err().name;
     let good = WheelLoads::braking(100.0);
     for bad in [f64::NAN, f64::INFINITY] {
@@ -683,7 +683,7 @@ fn bad_input_is_named() {
     assert_eq!(refused(good, -1e-3), "duration");
     // A push that no number can follow.
     assert_eq!(refused(WheelLoads { force: 1e99, ..good }, 1e99), "speed");
-    assert_eq!(wheel.state(), before);
+    assert_eq!((wheel.state(), *wheel.brake()), (before, brake));
     // No time, no change: but a brake that touches has an unstretched bristle.
     wheel.step(good, 0.0).unwrap();
     let mut before = before;

@@ -106,7 +106,7 @@ where
         MaxwellParameters { micro_stiffness: r.stiffness, series_damping: r.damping + 1.0 };
     same(&FrBd::new(c.clone(), Maxwell::new(creeping).unwrap()), states)?;
     same(&LuGre::classical(c.clone(), bristle()), states)?;
-    same(&LuGre::with_viscous_part_inside(c.clone(), bristle()), states)?;
+    same(&LuGre::with_viscous_friction(c.clone(), bristle(), 0.0).unwrap(), states)?;
     same(&LuGre::classical(c.clone(), bristle()).regularised(square_root(r)), states)?;
     same(&elasto_plastic(c.clone(), bristle(), stick_limit), states)?;
     let Some(fall) = c.least_slope().map(|slope| -slope).filter(|fall| fall.is_finite()) else {

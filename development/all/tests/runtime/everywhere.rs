@@ -10,10 +10,7 @@ use bristle::curve::{AnyCurve, FrictionCurve};
 use bristle::nalgebra::{Complex, SVector, Vector2};
 use bristle::ode::System;
 use bristle::regularisation::{AnyRegularisation, Regularisation, Unregularised};
-use bristle::rheology::{
-    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    KelvinVoigtParameters, MaxwellArm, Rheology,
-};
+use bristle::rheology::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology};
 use bristle::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
     PrescribedVelocity,
@@ -306,12 +303,6 @@ proptest! {
         let beside = GeneralisedMaxwell::new(beside).unwrap();
         let chosen = springs(beside, any.clone(), modulus, at);
         prop_assert_eq!(springs(beside, curve, smooth, at), chosen);
-        let element = |factor| KelvinVoigtParameters {
-            micro_stiffness: factor * r.stiffness,
-            micro_damping: damping,
-        };
-        let row = GeneralisedKelvinVoigt::new([element(1.0), element(0.3)]).unwrap();
-        prop_assert_eq!(springs(row, curve, smooth, at), springs(row, any, modulus, at));
     }
 
     #[test]

@@ -123,14 +123,11 @@ entries! {
     steps::frbd_asymmetric => entry_frbd_asymmetric_f32, entry_frbd_asymmetric_f64;
     steps::frbd_function => entry_frbd_function_f32, entry_frbd_function_f64;
     steps::frbd_spring => entry_frbd_spring_f32, entry_frbd_spring_f64;
-    steps::frbd_varying => entry_frbd_varying_f32, entry_frbd_varying_f64;
     steps::frbd_square_root => entry_frbd_square_root_f32, entry_frbd_square_root_f64;
     steps::frbd_tanh => entry_frbd_tanh_f32, entry_frbd_tanh_f64;
     steps::frbd_maxwell => entry_frbd_maxwell_f32, entry_frbd_maxwell_f64;
     steps::frbd_zener => entry_frbd_zener_f32, entry_frbd_zener_f64;
     steps::frbd_maxwell_arms => entry_frbd_maxwell_arms_f32, entry_frbd_maxwell_arms_f64;
-    steps::frbd_kelvin_voigt_elements =>
-        entry_frbd_kelvin_voigt_elements_f32, entry_frbd_kelvin_voigt_elements_f64;
     steps::lugre => entry_lugre_f32, entry_lugre_f64;
     steps::lugre_inside => entry_lugre_inside_f32, entry_lugre_inside_f64;
     steps::dahl => entry_dahl_f32, entry_dahl_f64;

@@ -8,9 +8,8 @@ use bristle::curve::{
 use bristle::exponential::Exponential;
 use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
-    Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
-    VelocityDependent, ZenerParameters,
+    Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
+    KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology, ZenerParameters,
 };
 use bristle::{
     Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle, LuGre,
@@ -208,22 +207,6 @@ pub(crate) fn frbd_spring<T: Scalar>(input: &Input<T>) -> Answer<T> {
     scalar(on(spring, input)?, input)
 }
 
-pub(crate) fn frbd_varying<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let (most, scale) = (input.micro_damping, input.stribeck_velocity);
-    let law = VelocityDependent::of_speed(
-        move |speed: T| {
-            let part = (-speed / scale).exp();
-            (most * part, -most * part / scale)
-        },
-        Bounds { min: T::zero(), max: most },
-    );
-    let bristle = KelvinVoigt::new(KelvinVoigtParameters {
-        micro_stiffness: input.micro_stiffness,
-        micro_damping: law,
-    })?;
-    scalar(on(bristle, input)?, input)
-}
-
 pub(crate) fn frbd_square_root<T: Scalar>(input: &Input<T>) -> Answer<T> {
     let regularisation = SquareRoot::new(input.threshold_velocity)?;
     scalar(on(bristle(input)?, input)?.regularised(regularisation), input)
@@ -261,21 +244,12 @@ pub(crate) fn frbd_maxwell_arms<T: Scalar>(input: &Input<T>) -> Answer<T> {
     springs(on(bristle, input)?, input)
 }
 
-pub(crate) fn frbd_kelvin_voigt_elements<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let elements = input.elements.map(|[micro_stiffness, micro_damping]| KelvinVoigtParameters {
-        micro_stiffness,
-        micro_damping,
-    });
-    let bristle = GeneralisedKelvinVoigt::new(elements)?;
-    springs(on(bristle, input)?, input)
-}
-
 pub(crate) fn lugre<T: Scalar>(input: &Input<T>) -> Answer<T> {
     scalar(LuGre::classical(stribeck(input)?, bristle(input)?), input)
 }
 
 pub(crate) fn lugre_inside<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    scalar(LuGre::with_viscous_part_inside(stribeck(input)?, bristle(input)?), input)
+    scalar(LuGre::with_viscous_friction(stribeck(input)?, bristle(input)?, T::zero())?, input)
 }
 
 pub(crate) fn dahl_model<T: Scalar>(input: &Input<T>) -> Answer<Dahl<T>> {
