@@ -296,6 +296,29 @@ fn a_parameter_of_each_log_has_as_many_values() {
     assert!(found.to_string().contains("hanging_angle[1]"), "{found}");
 }
 
+/// A load may be overstated, so that nothing is left for the link, or the encoder's zero may lie
+/// anywhere: the hanging angle is found all the same.
+#[test]
+fn the_hanging_angle_is_found_under_known_loads() {
+    let stopped = |gravity_torque: f64, turned: f64| {
+        let mut columns = run(GRAVITY, 1, false);
+        columns.position.iter_mut().for_each(|x| *x += turned);
+        let load = KnownLoad { inertia: 0.0, gravity_torque };
+        let drive = Drive::Voltage(&columns.drive);
+        let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
+        let log = DriveLog::new(DriveLogParameters { load, ..new }).unwrap();
+        let found = begun(&pendulum(), Friction::coulomb(), log).unwrap();
+        (found.value("hanging_angle").unwrap(), found.value("gravity_torque").unwrap())
+    };
+    for (share, turned) in [(0.0, 0.0), (0.5, 0.0), (1.06, 0.0), (0.0, 2.0), (0.7, -2.0)] {
+        let (angle, own) = stopped(share * GRAVITY, turned);
+        // The start of a Coulomb fit to a gear whose load grows with the torques.
+        assert!((angle - turned).abs() < 0.1, "{share} {turned}: {angle}");
+        let left = (1.0 - share).max(0.0) * GRAVITY;
+        assert!((own - left).abs() < 0.2 * GRAVITY, "{share} {turned}: {own} for {left}");
+    }
+}
+
 #[test]
 fn a_stopped_search_returns_the_best_so_far() {
     let logs = logs(1, true);
