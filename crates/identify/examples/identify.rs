@@ -172,7 +172,7 @@ fn search(
         let found = mechanism::compare(joint, models, &fitted, &held_out, &settings, &mut watch)?;
         bar.reach(parts);
         println!("{found}");
-        found.named().ok_or("no model was fitted")?.clone()
+        found.named().ok_or("no search has converged")?.clone()
     };
     Ok(fit)
 }

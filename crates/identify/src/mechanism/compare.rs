@@ -3,7 +3,8 @@
 //! The score of a candidate is the mean square e² of the simulated position over the logs held
 //! out. Cut into windows, ten in each log, it has a standard error s/√n, with the deviation s of
 //! the n windows. Among the candidates within one standard error of the best, the one with the
-//! fewest parameters is named.
+//! fewest parameters is named. A search that has not converged says nothing of its candidate, which
+//! is then neither the best nor named.
 //!
 //! Source: L. Breiman, J. H. Friedman, R. A. Olshen, C. J. Stone, "Classification and Regression
 //! Trees" (1984), section 3.4.3.
@@ -32,11 +33,12 @@ pub struct Comparison {
     pub fits: Vec<JointFit>,
     /// Candidates that were refused, and why.
     pub refused: Vec<(Friction, ParameterError)>,
-    /// Place of the candidate with the least error on the logs held out.
-    pub best: usize,
-    /// Place of the simplest candidate within one standard error of it.
-    pub simplest: usize,
-    /// Standard error of the best mean square \[rad²\].
+    /// Place of the candidate with the least error on the logs held out, among those whose search
+    /// has converged.
+    pub best: Option<usize>,
+    /// Place of the simplest of these within one standard error of it.
+    pub simplest: Option<usize>,
+    /// Standard error of the best mean square \[rad²\]; NaN if no search has converged.
     pub standard_error: f64,
 }
 
@@ -76,20 +78,23 @@ pub fn compare(
         }
     }
     let smoothed: Vec<_> = held_out.iter().map(smooth).collect();
+    if fits.is_empty() {
+        let none = Named("candidates", 0.0).refused(Rule::Count { least: 1 });
+        return Err(refused.first().map_or(none, |(_, error)| *error));
+    }
     // Mean square and standard error, number of parameters, and place of each.
+    let converged = fits.iter().enumerate();
+    let converged = converged.filter(|(_, fit)| fit.fit.outcome == SearchOutcome::Converged);
     let score = |(place, fit): (usize, &JointFit)| {
         let (mean, error) = mean_and_error(&windows(fit, &smoothed));
         (mean, error, fit.searched(), place)
     };
-    let scores: Vec<_> = fits.iter().enumerate().map(score).collect();
-    let Some(&(least, standard_error, _, best)) = scores.iter().min_by(|a, b| a.0.total_cmp(&b.0))
-    else {
-        let none = Named("candidates", 0.0).refused(Rule::Count { least: 1 });
-        return Err(refused.first().map_or(none, |(_, error)| *error));
-    };
-    let near = scores.iter().filter(|score| score.0 <= least + standard_error);
+    let scores: Vec<_> = converged.map(score).collect();
+    let best = scores.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let standard_error = best.map_or(f64::NAN, |best| best.1);
+    let near = scores.iter().filter(|s| best.is_some_and(|best| s.0 <= best.0 + best.1));
     let simplest = near.min_by(|a, b| a.2.cmp(&b.2).then(a.0.total_cmp(&b.0)));
-    let simplest = simplest.map_or(best, |score| score.3);
+    let [best, simplest] = [best, simplest].map(|score| score.map(|score| score.3));
     Ok(Comparison { fits, refused, best, simplest, standard_error })
 }
 
@@ -118,9 +123,10 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 }
 
 impl Comparison {
-    /// The simplest candidate within one standard error of the best.
+    /// The simplest candidate within one standard error of the best; none where no search has
+    /// converged.
     pub fn named(&self) -> Option<&JointFit> {
-        self.fits.get(self.simplest)
+        self.fits.get(self.simplest?)
     }
 }
 
@@ -141,11 +147,11 @@ impl fmt::Display for Comparison {
             for score in [inverse, segments, simulated] {
                 write!(f, "  {:>15.4}", Number(score.rmse))?;
             }
-            let mark = match i {
-                _ if i == self.simplest && i == self.best => "  <- best and simplest",
-                _ if i == self.simplest => "  <- simplest within one standard error",
-                _ if i == self.best => "  <- best",
-                _ => "",
+            let mark = match [self.simplest, self.best].map(|place| place == Some(i)) {
+                [true, true] => "  <- best and simplest",
+                [true, false] => "  <- simplest within one standard error",
+                [false, true] => "  <- best",
+                [false, false] => "",
             };
             writeln!(f, "   {}{mark}", fit.fit.outcome)?;
         }
@@ -154,7 +160,7 @@ impl fmt::Display for Comparison {
         }
         match self.named() {
             Some(named) => write!(f, "\n{named}"),
-            None => Ok(()),
+            None => writeln!(f, "\nno search has converged: no candidate is named"),
         }
     }
 }
