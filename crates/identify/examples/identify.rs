@@ -40,7 +40,13 @@ fn main() -> ExitCode {
             .files("log", "logs to fit, tables with a line of names")
             .files("held-out", "logs that are only predicted")
             .text("columns", "", "NAME=COLUMN*FACTOR,… where names differ from the first line's")
-            .text("between-rows", "linear", "the drive between two rows: linear or held")
+            .text(
+                "between-rows",
+                "linear",
+                "the drive between two rows: linear or held, or command, held without noise",
+            )
+            .number("delay", 0.0, "s", "time by which the drive acts later than its rows say")
+            .must_be(Rule::AtLeast(0.0))
             .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
             .number("supply", 0.0, "V", "voltage that the duty is of")
             .must_be(Rule::AtLeast(0.0))

@@ -107,6 +107,11 @@ fn motor<V: JointInput<f64>>(voltage: V, largest_voltage: Option<f64>) -> Voltag
 /// Three and a half seconds at 200 Hz, half a second of them at rest: an encoder of 4096 counts and
 /// a voltage with noise of 1 %.
 fn run(torque: f64, seed: u64, noisy: bool) -> Columns {
+    driven(torque, seed, noisy, |t| t)
+}
+
+/// The same with a voltage that acts as it is logged for another time.
+fn driven(torque: f64, seed: u64, noisy: bool, logged: fn(f64) -> f64) -> Columns {
     let mut draw = Draw(1000 + 77 * seed);
     (0..10).for_each(|_| _ = draw.next());
     let phases: [f64; 3] = core::array::from_fn(|_| 6.3 * draw.next());
@@ -116,7 +121,7 @@ fn run(torque: f64, seed: u64, noisy: bool) -> Columns {
         let wave = |size: f64, rate: f64, phase: f64| size * (rate * t + phase).sin();
         fade * (wave(3.0, 2.3, phases[0]) + wave(2.0, 5.1, phases[1]) + wave(1.0, 11.3, phases[2]))
     };
-    let motor = motor(Function::new(move |t: f64| (voltage(t), 0.0), []), None);
+    let motor = motor(Function::new(move |t: f64| (voltage(logged(t)), 0.0), []), None);
     let torques: [&dyn Fn(_) -> _; 2] = [&|now| motor.at(now), &|now| gravity(torque, 0.0).at(now)];
     let count = core::f64::consts::TAU / 4096.0;
     let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
@@ -452,6 +457,31 @@ fn a_richer_candidate_begins_where_the_simpler_one_ended() {
     assert!(error(1) < 1.1 * error(0), "{found}");
 }
 
+/// T_c sgn v + c is a friction of T_c + c forwards and T_c − c backwards.
+#[test]
+fn an_offset_and_a_ratio_of_directions_are_told_apart_or_refused() {
+    let log = || run(GRAVITY, 2, false).voltage().unwrap();
+    let joint = pendulum().with(Term::Constant);
+    let directional = Friction::coulomb().directional();
+    let error = begun(&joint, directional, log()).unwrap_err().to_string();
+    let want = "a direction-dependent friction under a constant load takes its own offset, \
+                not offset_torque";
+    assert_eq!(error, want);
+    assert!(begun(&joint.clone().known("offset_torque", 0.1), directional, log()).is_ok());
+    // A ratio at its bound says nothing, nor does the offset beside it.
+    let joint = joint.between("backward_ratio", 3.0, 3.0, 10.0).known("hanging_angle", 0.0);
+    let found = fitted(
+        directional.loaded(),
+        &joint,
+        &[log()],
+        &Settings { horizons: vec![0.3], gradient_runs: 40, ..Settings::default() },
+    );
+    assert!(found.fit.remarks.contains(&Remark::OffsetOrDirection), "{found}");
+    let verdict = |name| found.fit.estimate(name).unwrap().verdict;
+    assert_eq!(verdict("offset_torque"), Identifiability::Undetermined, "{found}");
+    assert!(found.to_string().contains("leave one of them out"), "{found}");
+}
+
 #[test]
 fn one_load_is_marked_where_a_term_hardly_varies() {
     let log = run(0.0, 5, true).voltage().unwrap();
@@ -521,6 +551,48 @@ fn a_search_that_ends_early_names_the_setting_that_ended_it() {
     };
     let row = text.lines().nth(1).unwrap();
     assert!(text.contains("fitted on") && row.contains(over), "{text}");
+}
+
+/// A log whose drive is described so.
+fn described(columns: &Columns, held: bool, delay: f64) -> DriveLog {
+    let drive = Drive::Voltage(&columns.drive);
+    let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
+    DriveLog::new(DriveLogParameters { held, delay, ..new }).unwrap()
+}
+
+/// A drive that is held acts half a row later than one that is linear, also by the inverse
+/// criterion and also where it is noisy.
+#[test]
+fn all_criteria_know_a_drive_that_is_held() {
+    // Rows 5 ms apart, of which the first 2 µs belong to the row before, by rounding.
+    let columns = driven(GRAVITY, 7, false, |t| ((t + 2e-6) / 5e-3).floor() * 5e-3);
+    let scores = |held: bool, delay: f64| {
+        let log = described(&columns, held, delay);
+        let found = begun(&pendulum(), Friction::dahl().loaded(), log).unwrap();
+        found.fitted.all.inverse.rmse
+    };
+    let (held, shifted, linear) = (scores(true, 0.0), scores(false, 2.5e-3), scores(false, 0.0));
+    // The lag is all that a smoothed drive sees of the steps.
+    assert!((held / shifted - 1.0).abs() < 1e-9, "{held} {shifted}");
+    assert!(linear > 1.02 * held, "{held} {linear}");
+    let found = dahl(&pendulum(), &[described(&columns, true, 0.0)]).unwrap();
+    assert_near(&found, &NAMES, &TRUTH, 0.05);
+}
+
+#[test]
+fn a_delay_of_the_drive_is_taken_and_found() {
+    let columns = driven(GRAVITY, 7, false, |t| t - 7.5e-3);
+    let known = dahl(&pendulum(), &[described(&columns, false, 7.5e-3)]).unwrap();
+    assert_near(&known, &NAMES, &TRUTH, 0.05);
+    let joint = pendulum().start("delay", 0.0);
+    for said in [0.0, 5e-3] {
+        let found = dahl(&joint, &[described(&columns, false, said)]).unwrap();
+        let delay = found.fit.estimate("delay").unwrap();
+        assert_eq!(delay.verdict, Identifiability::Determined, "{found}");
+        // A tenth of a row: the smoothed motion begins so much beside the true one.
+        assert!((delay.value + said - 7.5e-3).abs() < 0.5e-3, "{found}");
+        assert!(delay.standard_error < 1e-3, "{found}");
+    }
 }
 
 #[test]
@@ -638,7 +710,7 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let wrong = error(pendulum().known("inertai", 1.0));
     assert!(wrong.ends_with(", not inertai"), "{wrong}");
     let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
-    let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent"];
+    let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent", "delay"];
     for name in NAMES.into_iter().chain(others).chain(terms) {
         assert!(wrong.contains(name), "{name}: {wrong}");
     }

@@ -103,7 +103,9 @@ impl Friction {
         Self { loaded: true, ..self }
     }
 
-    /// With another curve backwards.
+    /// With another curve backwards. Under a constant load that is a constant torque beside the
+    /// mean of both curves: such a candidate is refused beside a
+    /// [`Term::Constant`](super::Term::Constant) that is searched.
     #[must_use]
     pub fn directional(self) -> Self {
         Self { directional: true, ..self }
@@ -119,6 +121,11 @@ impl Friction {
     /// Whether its load grows with the torques.
     pub fn is_loaded(&self) -> bool {
         self.loaded
+    }
+
+    /// Whether a ratio of both directions does what a constant torque does.
+    pub(super) fn has_offset(&self) -> bool {
+        self.directional && !self.loaded
     }
 
     pub(super) fn parameters(&self, guess: &Guess) -> Vec<Parameter> {

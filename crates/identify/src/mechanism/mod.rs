@@ -94,6 +94,7 @@
 //! |---|---|---|
 //! | `inertia` | `GearedJointParameters::inertia` | always |
 //! | `drag` | `GearFrictionParameters::drag` | always |
+//! | `delay` \[s\] | not there: [`DriveLogParameters::delay`] | [`Joint::start`] |
 //! | `torque_constant`, `resistance` | those of `VoltageMotorParameters` | [`Drive`] |
 //! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not there | [`Drive::Duty`] |
 //! | `offset_torque`, `spring_rate` | not there | [`Term::Constant`], [`Term::Spring`] |
@@ -139,7 +140,7 @@
 //!
 //! Noise of a measured drive would load and unload the gear in every step, and a sliding bristle
 //! slips back with each fall of its load. The gear is therefore loaded by the smoothed drive,
-//! unless the drive is a command ([`DriveLogParameters::held`]).
+//! unless the drive is a command ([`DriveLogParameters::noisy`]).
 //!
 //! # Limits
 //!

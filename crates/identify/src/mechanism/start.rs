@@ -23,6 +23,8 @@ pub(super) struct Guess {
     pub(super) resistance: Option<f64>,
     /// Whether the exponent of the duty is searched.
     pub(super) duty_exponent: bool,
+    /// Time from row to row \[s\], if a delay is searched.
+    pub(super) delay: Option<f64>,
     /// Those of the terms, in their order.
     pub(super) terms: Vec<f64>,
     /// Largest torque of the motor.
@@ -37,10 +39,10 @@ pub(super) struct Guess {
 /// The motor torque of a smoothed row.
 fn motor(log: &DriveLog, row: &Smoothed, constant: f64, resistance: f64) -> f64 {
     match log.source {
-        Source::Torque => row.effort,
-        Source::Current => constant * row.effort,
+        Source::Torque => row.effort[0],
+        Source::Current => constant * row.effort[0],
         Source::Voltage | Source::Duty { .. } => {
-            constant * (row.effort - row.enabled * constant * row.velocity) / resistance
+            constant * (row.effort[0] - row.enabled * constant * row.velocity) / resistance
         }
     }
 }
@@ -79,10 +81,10 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
     let size = torque.max(known_torque).max(joint.given("gravity_torque").map_or(0.0, |g| g.0));
     Named("the largest torque of the drives", size).positive()?;
 
-    let moving: Vec<_> = (rows().filter(|(_, row)| row.velocity.abs() >= 0.1 * speed))
-        .map(|(log, row)| (log, row, motor(log, row, k, r)))
-        .collect();
     let equation = Equation::new(joint);
+    let moving: Vec<_> = (rows().filter(|(_, row)| row.velocity.abs() >= 0.1 * speed))
+        .map(|(log, row)| equation.row(log, row, motor(log, row, k, r)))
+        .collect();
     Named("rows that move", moving.len()).count(equation.width() + 1)?;
     let ([inertia, drag, coulomb], terms) = equation.best(&moving);
     // Of a drive with the wrong sign, inertia and friction both come out negative.
@@ -98,6 +100,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
         resistance,
         duty_exponent: joint.given("duty_exponent").is_some()
             && any(|source| matches!(source, Source::Duty { .. })),
+        delay: joint.given("delay").map(|_| largest(DriveLog::usual_step)),
         terms,
         torque: size,
         range: span,
@@ -106,8 +109,14 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
     })
 }
 
-/// A row that moves, and its motor torque.
-type Moving<'a> = (&'a DriveLog, &'a Smoothed, f64);
+/// A row of the equation without gravity.
+struct Row {
+    entries: DVector<f64>,
+    right: f64,
+    position: f64,
+    /// Gravity that is known [N m].
+    gravity: f64,
+}
 
 /// The equation of motion with columns for inertia, drag and Coulomb friction, and one for each
 /// term, at a hanging angle.
@@ -142,7 +151,7 @@ impl<'a> Equation<'a> {
 
     /// The least squares over all hanging angles: gravity of a load that is known may exceed that
     /// of the link by far, so that no equation that is linear in both tells the angle.
-    fn best(&self, rows: &[Moving<'_>]) -> ([f64; 3], Vec<f64>) {
+    fn best(&self, rows: &[Row]) -> ([f64; 3], Vec<f64>) {
         let has_gravity = self.terms.iter().any(|term| matches!(term, Term::Gravity));
         let mut angle = self.hanging.unwrap_or(0.0);
         if has_gravity && self.hanging.is_none() {
@@ -178,10 +187,16 @@ impl<'a> Equation<'a> {
 
     /// What remains of all rows at a hanging angle [(N m)²], and the values of the columns. The
     /// link's own gravity pulls down.
-    fn solve(&self, rows: &[Moving<'_>], hanging: f64) -> (f64, DVector<f64>) {
+    fn solve(&self, rows: &[Row], hanging: f64) -> (f64, DVector<f64>) {
         let (mut triangle, mut squares) = (Triangle::new(self.width()), 0.0);
-        for &(log, row, motor) in rows {
-            let (mut entries, right) = self.row(log, row, motor, hanging);
+        let gravity = self.terms.iter().position(|term| matches!(term, Term::Gravity));
+        for row in rows {
+            let (mut entries, mut right) = (row.entries.clone(), row.right);
+            if let Some(place) = gravity {
+                let sin = (row.position - hanging).sin();
+                right -= row.gravity * sin;
+                entries[3 + place] = if self.gravity.is_some() { 0.0 } else { sin };
+            }
             triangle.push(&mut entries, right);
             squares += right * right;
         }
@@ -191,38 +206,31 @@ impl<'a> Equation<'a> {
         }
         let diagonal = triangle.column_norms() * 1e-6;
         let mut found = triangle.damped(&diagonal, &free);
-        for (i, term) in (3..).zip(self.terms) {
-            if matches!(term, Term::Gravity) && found[i] < 0.0 {
-                free[i] = false;
-                found = triangle.damped(&diagonal, &free);
-            }
+        if let Some(place) = gravity.filter(|place| found[3 + place] < 0.0) {
+            free[3 + place] = false;
+            found = triangle.damped(&diagonal, &free);
         }
         let explained = 2.0 * found.dot(&triangle.gradient()) - triangle.image_squared(&found);
         (squares - explained, found)
     }
 
-    /// Left and right side of a row.
-    fn row(&self, log: &DriveLog, row: &Smoothed, motor: f64, hanging: f64) -> (DVector<f64>, f64) {
-        let &Smoothed { position: x, velocity: v, acceleration, external, .. } = row;
+    fn row(&self, log: &DriveLog, row: &Smoothed, motor: f64) -> Row {
+        let &Smoothed { position, velocity, acceleration, external, .. } = row;
         let mut entries = DVector::zeros(self.width());
         let mut right = motor + external - log.load.inertia * acceleration;
-        for (i, (entry, known)) in
-            [acceleration, v, v.signum()].into_iter().zip(self.known).enumerate()
-        {
+        let first = [acceleration, velocity, velocity.signum()];
+        for (i, (entry, known)) in first.into_iter().zip(self.known).enumerate() {
             match known {
                 Some(value) => right -= value * entry,
                 None => entries[i] = entry,
             }
         }
         for (i, term) in (3..).zip(self.terms) {
-            if let Term::Gravity = term {
-                let sin = (x - hanging).sin();
-                right -= (self.gravity.unwrap_or(0.0) + log.load.gravity_torque) * sin;
-                entries[i] = if self.gravity.is_some() { 0.0 } else { sin };
-            } else {
-                entries[i] = -term.torque(&[1.0], 0.0, x, v)[0];
+            if !matches!(term, Term::Gravity) {
+                entries[i] = -term.torque(&[1.0], 0.0, position, velocity)[0];
             }
         }
-        (entries, right)
+        let gravity = self.gravity.unwrap_or(0.0) + log.load.gravity_torque;
+        Row { entries, right, position, gravity }
     }
 }
