@@ -58,7 +58,7 @@ fn main() -> ExitCode {
             .text("each", "", "PARAMETER,… that each log has for itself")
             .text("model", "all", "coulomb, stribeck, dahl, frbd or lugre, with -loaded behind, …")
             .text("loss", "squares", "squares, huber or tukey")
-            .count("runs", 100, "most runs with derivatives of a model")
+            .count("runs", 200, "most runs with derivatives of a model")
             .must_be(Rule::AtLeast(1.0))
             .parse()?;
         let files = [arguments.files("log"), arguments.files("held-out")];

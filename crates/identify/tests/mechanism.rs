@@ -180,7 +180,7 @@ fn without_noise_every_parameter_comes_back() {
     assert_eq!(found.fit.outcome, SearchOutcome::Converged, "{found}");
     // The steps of 1 ms are twice those of the log, and of second order.
     assert_near(&found, &NAMES, &TRUTH, 0.03);
-    assert!(found.gradient_runs <= 100, "{found}");
+    assert!(found.gradient_runs <= 120, "{found}");
 }
 
 /// How many of so many seeds lie within three standard errors, for each parameter.
@@ -374,8 +374,9 @@ fn a_fit_can_be_stopped_everywhere() {
     let (outcome, calls, runs) = stopped_at(usize::MAX);
     assert!(outcome != SearchOutcome::Stopped && calls > 10, "{outcome} {calls}");
 
-    // The term is evaluated some four times a row, and a search begins with five runs.
-    assert!(runs <= 30, "{runs}");
+    // The term is evaluated some four times a row, and from one candidate to the next there are
+    // eleven runs.
+    assert!(runs <= 48, "{runs}");
     for last in (1..=calls).step_by(calls.div_ceil(6)) {
         let (outcome, calls, _) = stopped_at(last);
         assert_eq!((outcome, calls), (SearchOutcome::Stopped, last));
@@ -480,6 +481,71 @@ fn an_offset_and_a_ratio_of_directions_are_told_apart_or_refused() {
     let verdict = |name| found.fit.estimate(name).unwrap().verdict;
     assert_eq!(verdict("offset_torque"), Identifiability::Undetermined, "{found}");
     assert!(found.to_string().contains("leave one of them out"), "{found}");
+}
+
+/// Whatever a search likes: a candidate with all parameters of another explains no less.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_candidate_never_ends_above_one_that_it_contains() {
+    let logs = [run(GRAVITY, 5, true), run(0.3 * GRAVITY, 8, true)];
+    let logs = logs.map(|columns| columns.voltage().unwrap());
+    let candidates = Friction::candidates();
+    // A budget that many of them use up.
+    let settings = Settings { gradient_runs: 60, ..Settings::default() };
+    let (fitted, held_out) = logs.split_at(1);
+    let found =
+        mechanism::compare(&pendulum(), &candidates, fitted, held_out, &settings, &mut go_on);
+    let found = found.unwrap();
+    let error = |i: usize| found.fits[i].fitted.all.simulated.rmse;
+    // Coulomb, Dahl, Stribeck, FrBD, LuGre.
+    let pairs = [(0, 1), (0, 2), (1, 3), (2, 3), (1, 4), (2, 4)];
+    let loaded = pairs.map(|(one, other)| (one + 5, other + 5));
+    let unloaded = [0, 1, 2, 3, 4].map(|i| (i, i + 5));
+    for (one, other) in pairs.into_iter().chain(loaded).chain(unloaded) {
+        // Dahl's bristle lacks the micro-damping of the stiff one of Coulomb.
+        let tolerance = if one % 5 == 0 && other % 5 == 1 { 0.01 } else { 1e-9 };
+        let (one, other) = (&found.fits[one], (error(one), error(other)));
+        assert!(other.1 <= other.0 * (1.0 + tolerance), "{} {other:?}\n{found}", one.friction);
+        assert!(one.horizon == f64::INFINITY, "{found}");
+    }
+}
+
+/// The result is that of the log: not of the last digits of its columns, nor of the starts.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn rounded_columns_and_other_starts_end_within_a_standard_error() {
+    let columns = [run(GRAVITY, 5, true), run(GRAVITY, 6, true)];
+    let logs = columns.clone().map(|columns| columns.voltage().unwrap());
+    let base = dahl(&pendulum(), &logs).unwrap();
+    let near = |found: &JointFit, what: &str| {
+        for (one, other) in base.fit.estimates.iter().zip(&found.fit.estimates) {
+            let difference = (one.value - other.value).abs();
+            let name = one.parameter.name;
+            // One that is fixed has none.
+            let fixed = one.verdict == Identifiability::Fixed;
+            let same = fixed || difference < one.standard_error;
+            assert!(same, "{what} {name}: {difference}\n{base}\n{found}");
+        }
+    };
+    let rounded = columns.map(|mut columns| {
+        let Columns { time, position, drive } = &mut columns;
+        for value in [time, position, drive].into_iter().flatten() {
+            *value = format!("{value:.4e}").parse().unwrap();
+        }
+        columns.voltage().unwrap()
+    });
+    near(&dahl(&pendulum(), &rounded).unwrap(), "rounded");
+    let mut draw = Draw(5);
+    for _ in 0..5 {
+        let mut factor = || (1.4 * (draw.next() - 0.5)).exp();
+        let joint = pendulum()
+            .start("inertia", INERTIA * factor())
+            .start("drag", DRAG * factor())
+            .start("gravity_torque", GRAVITY * factor())
+            .start("coulomb_torque", LOAD.idle_load * factor())
+            .start("micro_stiffness", 200.0 * factor());
+        near(&dahl(&joint, &logs).unwrap(), "started elsewhere");
+    }
 }
 
 #[test]

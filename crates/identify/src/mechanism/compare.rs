@@ -13,7 +13,7 @@ use core::fmt;
 use core::ops::ControlFlow;
 
 use super::criteria::{Criterion, Errors};
-use super::fit::{Progress, Settings, fit_candidate};
+use super::fit::{Progress, Settings, fit_candidate, fit_joint};
 use super::friction::Friction;
 use super::joint::Joint;
 use super::log::DriveLog;
@@ -43,8 +43,8 @@ pub struct Comparison {
 }
 
 /// Fits all candidates to the logs `fitted`, and names the simplest one that predicts the logs
-/// `held_out` as well as the best. Each candidate is started from the logs and from the best one
-/// before it: put the simpler ones first.
+/// `held_out` as well as the best. Each candidate is started from the logs and from those before it
+/// that it contains, and never ends above them: put the simpler ones first.
 ///
 /// The callback can stop: the candidates so far are compared.
 ///
@@ -64,12 +64,16 @@ pub fn compare(
     Named("logs held out", held_out.len()).count(1)?;
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
     for (candidate, friction) in candidates.iter().enumerate() {
-        // The best so far, by the positions that were fitted.
-        let error = |fit: &&JointFit| fit.fitted.all.simulated.rmse;
-        let simpler = fits.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+        let contained = fits.iter().filter(|fit| friction.contains(&fit.friction));
+        let contained: Vec<_> = contained.collect();
         let mut watch = |now: &Progress<'_>| progress(&Progress { candidate, ..*now });
-        let logs = [fitted, held_out];
-        match fit_candidate(joint, friction, logs, settings, simpler, &mut watch) {
+        let found = if contained.is_empty() {
+            fit_joint(joint, friction, fitted, held_out, settings, &mut watch)
+        } else {
+            let logs = [fitted, held_out];
+            fit_candidate(joint, friction, logs, settings, &contained, &mut watch)
+        };
+        match found {
             Ok(fit) => fits.push(fit),
             Err(error) => refused.push((*friction, error)),
         }
@@ -132,9 +136,8 @@ impl Comparison {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:28} {:>5} {:>10}  ", "rmse", "free", "fitted on")?;
-        write!(f, "held out: torque [N m]  ")?;
-        writeln!(f, "segments [rad]  whole logs [rad]   search")?;
+        write!(f, "{:28} {:>5} {:>10}  fitted: whole [rad]  ", "rmse", "free", "fitted on")?;
+        writeln!(f, "held out: torque [N m]  segments [rad]  whole logs [rad]   search")?;
         for (i, fit) in self.fits.iter().enumerate() {
             let over = match fit.horizon {
                 f64::INFINITY => "whole logs".into(),
@@ -144,7 +147,7 @@ impl fmt::Display for Comparison {
             write!(f, "{:28} {:>5} {over:>10}", fit.friction, fit.searched())?;
             let Scores { inverse, segments, simulated } =
                 fit.held_out.as_ref().unwrap_or(&fit.fitted).all;
-            for score in [inverse, segments, simulated] {
+            for score in [fit.fitted.all.simulated, inverse, segments, simulated] {
                 write!(f, "  {:>15.4}", Number(score.rmse))?;
             }
             let mark = match [self.simplest, self.best].map(|place| place == Some(i)) {

@@ -39,6 +39,10 @@ enum Kind {
     FrBd,
 }
 
+/// σ0 times the range of positions, of a bristle that does not count: it breaks away over a
+/// ten-thousandth of the range. A stiffer one only rings.
+const STIFF: f64 = 1e4;
+
 /// A candidate for the friction of a gear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Friction {
@@ -118,6 +122,18 @@ impl Friction {
         plain.into_iter().chain(plain.map(Self::loaded)).collect()
     }
 
+    /// Whether a simpler candidate is this one with some of its parameters without effect.
+    pub(super) fn contains(&self, simpler: &Self) -> bool {
+        let kind = match (simpler.kind, self.kind) {
+            (Kind::Static, _) | (Kind::Dahl, Kind::LuGre | Kind::FrBd) => true,
+            (one, other) => one == other,
+        };
+        let least = simpler.stribeck <= self.stribeck
+            && simpler.loaded <= self.loaded
+            && simpler.directional <= self.directional;
+        kind && least && simpler != self
+    }
+
     /// Whether its load grows with the torques.
     pub fn is_loaded(&self) -> bool {
         self.loaded
@@ -139,7 +155,7 @@ impl Friction {
         let logarithmic = Parameter::logarithmic;
         if self.stribeck {
             let (speed, least, most) = (guess.speed, 1e-4 * guess.fastest, 10.0 * guess.fastest);
-            all.push(Parameter::scaled("breakaway_excess", "", 0.3, 1e-3..=10.0, 0.3));
+            all.push(Parameter::scaled("breakaway_excess", "", 0.3, 0.0..=10.0, 0.3));
             all.push(logarithmic("stribeck_velocity", "rad/s", 0.1 * speed, least..=most));
         }
         if self.directional {
@@ -148,14 +164,14 @@ impl Friction {
         // σ1 of a critically damped stuck joint is 2 √(σ0 J/T_c).
         let critical = |stiffness: f64| 2.0 * (stiffness * guess.inertia / coulomb).sqrt();
         if self.kind == Kind::Static {
-            let stiffness = 1e4 / range;
+            let stiffness = STIFF / range;
             let damping = 0.5 * critical(stiffness);
             all.push(logarithmic("micro_stiffness", "1/rad", stiffness, stiffness..=stiffness));
             all.push(logarithmic("micro_damping", "s/rad", damping, damping..=damping));
             return all;
         }
         let stiffness = 200.0 / range;
-        all.push(logarithmic("micro_stiffness", "1/rad", stiffness, 1.0 / range..=1e5 / range));
+        all.push(logarithmic("micro_stiffness", "1/rad", stiffness, 1.0 / range..=STIFF / range));
         if self.kind != Kind::Dahl {
             let damping = 0.1 * critical(stiffness);
             let bounds = 0.0..=1e3 * damping;

@@ -154,6 +154,7 @@ mod fit;
 mod friction;
 mod joint;
 mod judge;
+mod ladder;
 mod log;
 mod plant;
 mod report;

@@ -68,8 +68,13 @@ pub struct JointFit {
     pub fitted: GroupScores,
     /// Errors on the logs held out.
     pub held_out: Option<GroupScores>,
-    /// Runs with derivatives.
+    /// Runs with derivatives, of all starts.
     pub gradient_runs: usize,
+    /// Most runs: [`Settings::gradient_runs`](super::Settings::gradient_runs).
+    pub run_limit: usize,
+    /// The simpler candidate from whose result the search has ended best; none if that was from the
+    /// logs.
+    pub origin: Option<Friction>,
     pub(super) model: Model,
 }
 
@@ -228,7 +233,12 @@ impl fmt::Display for JointFit {
             0.0 => write!(f, "fitted: torques")?,
             _ => write!(f, "fitted: positions over segments of {:.3} s", Number(self.horizon))?,
         }
-        writeln!(f, ", {} runs with derivatives", self.gradient_runs)?;
+        let Self { gradient_runs, run_limit, .. } = self;
+        write!(f, ", {gradient_runs} runs with derivatives of at most {run_limit}, best ")?;
+        match self.origin {
+            Some(simpler) => writeln!(f, "from the result of {simpler}")?,
+            None => writeln!(f, "from the logs")?,
+        }
         let segment = Number(self.segment);
         write!(f, "rmse (mean size)  torque [N m]       {segment:.3} s [rad] ")?;
         writeln!(f, "    whole logs [rad]")?;
