@@ -16,7 +16,7 @@ use super::criteria::{Criterion, Errors};
 use super::friction::Friction;
 use super::joint::{Joint, Model};
 use super::judge::judge;
-use super::ladder::{begin_at, contained_start, off_neutral, starts, tried};
+use super::ladder::{Begin, begin_at, contained_start, off_neutral, starts, tried};
 use super::log::DriveLog;
 use super::report::JointFit;
 use super::smooth::{SmoothedLog, smooth};
@@ -363,14 +363,16 @@ impl Stages<'_> {
     /// second search.
     fn try_starts(&mut self, contained: &[&JointFit]) -> ControlFlow<()> {
         let table = &self.errors.model.table;
-        let ended = contained.iter().map(|&fit| {
-            let values = contained_start(table, fit, false);
-            (self.errors.cost(&values), values, fit)
+        let ended = contained.iter().flat_map(|&fit| {
+            [Begin::Same, Begin::Undamped].map(|begin| {
+                let values = contained_start(table, fit, begin);
+                (self.errors.cost(&values), values, fit)
+            })
         });
         let least = ended.min_by(|a, b| a.0.total_cmp(&b.0));
         self.own = least.is_some().then(|| starts(&self.parameters));
         self.origin = least.as_ref().map(|(_, _, fit)| fit.friction);
-        let begun = least.as_ref().map(|(_, _, fit)| contained_start(table, fit, true));
+        let begun = least.as_ref().map(|(_, _, fit)| contained_start(table, fit, Begin::Nearly));
         let begun = begun.unwrap_or_else(|| starts(&self.parameters));
         begin_at(&mut self.parameters, &begun);
         let mut best = least.map_or((f64::INFINITY, Vec::new()), |least| (least.0, least.1));

@@ -72,14 +72,28 @@ pub(super) fn tried(parameters: &[Parameter]) -> Vec<Vec<f64>> {
     places.flat_map(moved).collect()
 }
 
-/// The parameters with which a candidate is the smaller one that was found; or those with which it
-/// nearly is, so that a search moves all of them. A parameter that was fixed there then starts as
-/// it does by itself.
-pub(super) fn contained_start(table: &Table, smaller: &JointFit, nearly: bool) -> Vec<f64> {
+/// How a candidate begins at the result of one that it contains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Begin {
+    /// As that one.
+    Same,
+    /// As that one, with a bristle that lacks its damping: in LuGre's model a stiff one damps more
+    /// than in that of Coulomb's friction.
+    Undamped,
+    /// Nearly so, so that a search moves all parameters. One that was fixed there starts as it does
+    /// by itself.
+    Nearly,
+}
+
+/// The parameters with which a candidate begins at the result of a smaller one.
+pub(super) fn contained_start(table: &Table, smaller: &JointFit, begin: Begin) -> Vec<f64> {
+    let nearly = begin == Begin::Nearly;
     let value = |(parameter, log): (&Parameter, &Option<usize>)| {
+        let undamped = begin == Begin::Undamped && parameter.name == "micro_damping";
         let same = |e: &&Estimate| e.parameter.name == parameter.name && e.log == *log;
         let found = smaller.fit.estimates.iter().find(same);
-        let found = found.filter(|e| !nearly || e.parameter.least < e.parameter.most);
+        let found =
+            found.filter(|e| !undamped && (!nearly || e.parameter.least < e.parameter.most));
         let neutral = NEUTRAL.iter().find(|(name, _)| *name == parameter.name);
         let neutral = neutral.map(|(_, values)| values[usize::from(nearly)]);
         let value = found.map(|e| e.value).or(neutral).unwrap_or(parameter.start);
