@@ -13,18 +13,21 @@ use core::ops::ControlFlow;
 
 use super::Loss;
 use super::criteria::{Criterion, Errors};
+use super::expected::{drive_noise, expected};
 use super::friction::Friction;
 use super::joint::{Joint, Model};
 use super::judge::judge;
 use super::ladder::{Begin, begin_at, contained_start, off_neutral, starts, tried};
 use super::log::DriveLog;
-use super::report::JointFit;
+use super::report::{ExpectedError, JointFit};
 use super::smooth::{SmoothedLog, smooth};
 use super::start::guess;
 use crate::least_squares::minimise;
 use crate::log::{quantile, span};
 use crate::problem::{Objective, Problem};
-use crate::{Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
+use crate::{
+    Fit, Identifiability, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings,
+};
 use bristle::parameter::{Named, ParameterError, Rule};
 
 /// How the parameters of a joint are searched.
@@ -32,7 +35,8 @@ use bristle::parameter::{Named, ParameterError, Rule};
 pub struct Settings {
     /// Lengths of the segments \[s\] that are fitted one after the other, growing; infinite for
     /// whole logs. The last one decides. Empty for a thirtieth and a sixth of the longest log, and
-    /// whole logs.
+    /// then whole logs; or, where a drive is noisy, the length that promises the least errors of
+    /// the parameters, see [`JointFit::expected`].
     pub horizons: Vec<f64>,
     /// Longest step of a simulation \[s\], positive.
     pub step: f64,
@@ -85,6 +89,14 @@ pub struct Progress<'a> {
 
 /// Most runs with derivatives of the inverse criterion.
 const INVERSE_RUNS: usize = 20;
+/// Lengths of the last segments that are compared where a drive is noisy, over that of the longest
+/// log.
+const SHARES: [f64; 4] = [1.0 / 27.0, 1.0 / 9.0, 1.0 / 3.0, 1.0];
+/// Draws of noise for a length, the same ones for all lengths; and for the standard errors, whose
+/// root mean square is then known to 18 %.
+const DRAWS: [usize; 2] = [8, 16];
+/// Expected errors over the least ones that are accepted for a longer segment.
+const NEARLY_LEAST: f64 = 1.25;
 /// Most runs with derivatives of a stage before the last.
 const COARSE_RUNS: usize = 15;
 /// Most runs with derivatives from each of two starts, after which the better one goes on.
@@ -199,12 +211,16 @@ pub(super) fn fit_candidate(
         parameters: model.table.parameters.clone(),
         runs: 0,
         shortened: None,
+        stopped: false,
+        expected: Vec::new(),
         origin: None,
         own: None,
         progress,
     };
     let mut fit = stages.all(contained)?;
     let (runs, horizon, origin) = (stages.runs, stages.horizon(), stages.origin);
+    let lengths = core::mem::take(&mut stages.expected);
+    stages.know_noise(&mut fit)?;
     fit.remarks.extend(stages.shortened);
     if fit.outcome == SearchOutcome::IterationLimit {
         fit.outcome = SearchOutcome::RunLimit;
@@ -219,6 +235,7 @@ pub(super) fn fit_candidate(
         friction: *friction,
         fit,
         horizon,
+        expected: lengths,
         segment,
         fitted: model.scores(&values, &logs, segment)?,
         held_out: held_out.transpose()?,
@@ -245,6 +262,10 @@ struct Stages<'a> {
     /// Runs with derivatives so far.
     runs: usize,
     shortened: Option<Remark>,
+    /// Whether the callback has stopped the fit between two searches.
+    stopped: bool,
+    /// The lengths that were compared.
+    expected: Vec<ExpectedError>,
     /// The candidate that the best search of the last stage began with, if not with the logs.
     origin: Option<Friction>,
     /// Where the stages from the logs have ended, if the last one begins elsewhere.
@@ -280,6 +301,32 @@ impl Stages<'_> {
             };
         }
         Ok(found)
+    }
+
+    /// Compares lengths of the last segments, if a drive is noisy, and takes the longest of those
+    /// whose errors are nearly the least: whole logs are what a simulator needs.
+    fn compare_lengths(&mut self) -> Result<(), ParameterError> {
+        self.expected.clear();
+        if self.errors.logs.iter().all(|smoothed| drive_noise(smoothed.log) == 0.0) {
+            return Ok(());
+        }
+        let (mut errors, parameters) = (self.errors.clone(), self.parameters.clone());
+        for share in SHARES {
+            let length = if share == 1.0 { f64::INFINITY } else { share * self.duration };
+            errors.criterion = Criterion::Segments(length);
+            self.runs += 1;
+            let most = f64::INFINITY;
+            let sizes = expected(&errors, &parameters, most, DRAWS[0], &mut || self.ask())?;
+            let Some(sizes) = sizes else { continue };
+            let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
+            let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+            self.expected.push(ExpectedError { length, ratio: mean.exp() });
+        }
+        let least = self.expected.iter().map(|e| e.ratio).fold(f64::INFINITY, f64::min);
+        self.expected.iter_mut().for_each(|e| e.ratio /= least);
+        let near = self.expected.iter().rfind(|e| e.ratio <= NEARLY_LEAST);
+        self.errors.criterion = Criterion::Segments(near.map_or(f64::INFINITY, |e| e.length));
+        Ok(())
     }
 
     /// The last stage, and the rounds of a robust loss.
@@ -340,6 +387,13 @@ impl Stages<'_> {
         if (first || !contained.is_empty()) && self.try_starts(contained).is_break() {
             return Ok(ControlFlow::Break(()));
         }
+        if last && self.settings.horizons.is_empty() {
+            self.compare_lengths()?;
+            if self.stopped || self.horizon() < length && self.try_starts(contained).is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        let length = self.horizon();
         for _ in 0..HALVINGS {
             self.runs += 1;
             if is_bearable(&self.errors, &self.parameters, most)? {
@@ -388,11 +442,39 @@ impl Stages<'_> {
         ControlFlow::Continue(())
     }
 
+    /// Standard errors are at least those that noise of drive and position leads one to expect.
+    fn know_noise(&mut self, fit: &mut Fit) -> Result<(), ParameterError> {
+        if fit.outcome == SearchOutcome::Stopped || self.horizon() == 0.0 {
+            return Ok(());
+        }
+        let values = fit.values();
+        begin_at(&mut self.parameters, &values);
+        let (errors, parameters) = (self.errors.clone(), self.parameters.clone());
+        let sizes = expected(&errors, &parameters, fit.rmse, DRAWS[1], &mut || self.ask())?;
+        if self.stopped {
+            fit.outcome = SearchOutcome::Stopped;
+        }
+        let Some(sizes) = sizes else { return Ok(()) };
+        let slopes = Problem::new(&self.errors, &self.parameters)?.slopes(&values);
+        for ((estimate, size), slope) in fit.estimates.iter_mut().zip(&sizes).zip(slopes) {
+            let known = [Identifiability::Determined, Identifiability::Uncertain];
+            if known.contains(&estimate.verdict) {
+                estimate.standard_error = estimate.standard_error.max(size * slope);
+                let clear = estimate.standard_error <= estimate.value.abs();
+                estimate.verdict = known[usize::from(!clear)];
+            }
+        }
+        Ok(())
+    }
+
     /// Whether the fit goes on, between two searches.
     fn ask(&mut self) -> ControlFlow<()> {
         let (horizon, gradient_runs) = (self.horizon(), self.runs);
         let (candidate, rmse, values) = (0, f64::NAN, &starts(&self.parameters));
-        (self.progress)(&Progress { candidate, horizon, gradient_runs, rmse, values })
+        let progress = Progress { candidate, horizon, gradient_runs, rmse, values };
+        let goes_on = (self.progress)(&progress);
+        self.stopped |= goes_on.is_break();
+        goes_on
     }
 
     /// Length of the segments \[s\]; zero for the inverse criterion.

@@ -150,6 +150,7 @@
 
 mod compare;
 mod criteria;
+mod expected;
 mod fit;
 mod friction;
 mod joint;
@@ -167,4 +168,4 @@ pub use fit::{Progress, Settings, fit_joint};
 pub use friction::Friction;
 pub use joint::{Joint, OwnTerm, Term};
 pub use log::{Drive, DriveLog, DriveLogParameters, KnownLoad};
-pub use report::{GroupScores, JointFit, JointModel, Score, Scores};
+pub use report::{ExpectedError, GroupScores, JointFit, JointModel, Score, Scores};
