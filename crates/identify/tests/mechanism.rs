@@ -777,6 +777,7 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let wrong = error(pendulum().known("inertai", 1.0));
     assert!(wrong.ends_with(", not inertai"), "{wrong}");
     let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
+    let others = others.into_iter().chain(["stribeck_exponent"]);
     let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent", "delay"];
     for name in NAMES.into_iter().chain(others).chain(terms) {
         assert!(wrong.contains(name), "{name}: {wrong}");

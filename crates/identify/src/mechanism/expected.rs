@@ -12,20 +12,31 @@
 
 use core::ops::ControlFlow;
 
-use super::criteria::Errors;
+use super::criteria::{Criterion, Errors};
+use super::fit::Stages;
+use super::ladder::begin_at;
 use super::log::DriveLog;
+use super::report::ExpectedError;
 use super::smooth::{SmoothedLog, smooth};
-use crate::Parameter;
 use crate::initial_guess::noise;
 use crate::least_squares::Draw;
 use crate::log::{pairs, quantile};
 use crate::problem::{Objective, Point, Problem};
 use crate::uncertainty::Determinacy;
+use crate::{Fit, Identifiability, Parameter, SearchOutcome};
 use bristle::parameter::ParameterError;
 
+/// Lengths of the last segments that are compared where a drive is noisy, over that of the longest
+/// log.
+const SHARES: [f64; 4] = [1.0 / 27.0, 1.0 / 9.0, 1.0 / 3.0, 1.0];
+/// Draws of noise for a length, the same ones for all lengths; and for the standard errors, whose
+/// root mean square is then known to 18 %.
+const DRAWS: [usize; 2] = [8, 16];
+/// Expected errors over the least ones that are accepted for a longer segment.
+const NEARLY_LEAST: f64 = 1.25;
 /// Standard deviation of the noise of a drive: three quarters of the third differences of Gaussian
 /// noise of deviation s are below 1.15 √20 s. Zero for a command.
-pub(super) fn drive_noise(log: &DriveLog) -> f64 {
+fn drive_noise(log: &DriveLog) -> f64 {
     let two = pairs(&log.drive).zip(log.drive.iter().skip(2).zip(log.drive.iter().skip(3)));
     let bends = two.map(|((a, b), (c, d))| (d - a - 3.0 * (c - b)).abs());
     let size = quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / (1.15 * f64::sqrt(20.0));
@@ -44,7 +55,7 @@ fn noisier(log: &DriveLog, most: f64, draw: &mut Draw) -> DriveLog {
 
 /// Expected errors of the search variables at the starts of the parameters, if the sensitivities
 /// are finite and nothing stops in between, from so many draws. Noise of the position is at most of a size.
-pub(super) fn expected(
+fn expected(
     errors: &Errors<'_>,
     parameters: &[Parameter],
     most: f64,
@@ -85,4 +96,57 @@ pub(super) fn expected(
         squares += moved.component_mul(&moved) / draws as f64;
     }
     Ok(Some(squares.map(f64::sqrt)))
+}
+
+impl Stages<'_> {
+    /// Compares lengths of the last segments, if a drive is noisy, and takes the longest of those
+    /// whose errors are nearly the least: whole logs are what a simulator needs.
+    pub(super) fn compare_lengths(&mut self) -> Result<(), ParameterError> {
+        self.expected.clear();
+        if self.errors.logs.iter().all(|smoothed| drive_noise(smoothed.log) == 0.0) {
+            return Ok(());
+        }
+        let (mut errors, parameters) = (self.errors.clone(), self.parameters.clone());
+        for share in SHARES {
+            let length = if share == 1.0 { f64::INFINITY } else { share * self.duration };
+            errors.criterion = Criterion::Segments(length);
+            self.runs += 1;
+            let most = f64::INFINITY;
+            let sizes = expected(&errors, &parameters, most, DRAWS[0], &mut || self.ask())?;
+            let Some(sizes) = sizes else { continue };
+            let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
+            let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+            self.expected.push(ExpectedError { length, ratio: mean.exp() });
+        }
+        let least = self.expected.iter().map(|e| e.ratio).fold(f64::INFINITY, f64::min);
+        self.expected.iter_mut().for_each(|e| e.ratio /= least);
+        let near = self.expected.iter().rfind(|e| e.ratio <= NEARLY_LEAST);
+        self.errors.criterion = Criterion::Segments(near.map_or(f64::INFINITY, |e| e.length));
+        Ok(())
+    }
+
+    /// Standard errors are at least those that noise of drive and position leads one to expect.
+    pub(super) fn know_noise(&mut self, fit: &mut Fit) -> Result<(), ParameterError> {
+        if fit.outcome == SearchOutcome::Stopped || self.horizon() == 0.0 {
+            return Ok(());
+        }
+        let values = fit.values();
+        begin_at(&mut self.parameters, &values);
+        let (errors, parameters) = (self.errors.clone(), self.parameters.clone());
+        let sizes = expected(&errors, &parameters, fit.rmse, DRAWS[1], &mut || self.ask())?;
+        if self.stopped {
+            fit.outcome = SearchOutcome::Stopped;
+        }
+        let Some(sizes) = sizes else { return Ok(()) };
+        let slopes = Problem::new(&self.errors, &self.parameters)?.slopes(&values);
+        for ((estimate, size), slope) in fit.estimates.iter_mut().zip(&sizes).zip(slopes) {
+            let known = [Identifiability::Determined, Identifiability::Uncertain];
+            if known.contains(&estimate.verdict) {
+                estimate.standard_error = estimate.standard_error.max(size * slope);
+                let clear = estimate.standard_error <= estimate.value.abs();
+                estimate.verdict = known[usize::from(!clear)];
+            }
+        }
+        Ok(())
+    }
 }

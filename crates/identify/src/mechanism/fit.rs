@@ -13,7 +13,6 @@ use core::ops::ControlFlow;
 
 use super::Loss;
 use super::criteria::{Criterion, Errors};
-use super::expected::{drive_noise, expected};
 use super::friction::Friction;
 use super::joint::{Joint, Model};
 use super::judge::judge;
@@ -25,9 +24,7 @@ use super::start::guess;
 use crate::least_squares::minimise;
 use crate::log::{quantile, span};
 use crate::problem::{Objective, Problem};
-use crate::{
-    Fit, Identifiability, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings,
-};
+use crate::{Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
 use bristle::parameter::{Named, ParameterError, Rule};
 
 /// How the parameters of a joint are searched.
@@ -89,14 +86,6 @@ pub struct Progress<'a> {
 
 /// Most runs with derivatives of the inverse criterion.
 const INVERSE_RUNS: usize = 20;
-/// Lengths of the last segments that are compared where a drive is noisy, over that of the longest
-/// log.
-const SHARES: [f64; 4] = [1.0 / 27.0, 1.0 / 9.0, 1.0 / 3.0, 1.0];
-/// Draws of noise for a length, the same ones for all lengths; and for the standard errors, whose
-/// root mean square is then known to 18 %.
-const DRAWS: [usize; 2] = [8, 16];
-/// Expected errors over the least ones that are accepted for a longer segment.
-const NEARLY_LEAST: f64 = 1.25;
 /// Most runs with derivatives of a stage before the last.
 const COARSE_RUNS: usize = 15;
 /// Most runs with derivatives from each of two starts, after which the better one goes on.
@@ -108,7 +97,7 @@ const ROUNDS: usize = 5;
 const NEARLY_ALL: f64 = 0.95;
 /// That of the others may be as many times as large; rows beyond it do not count for the standard
 /// errors.
-const RARE: f64 = 100.0;
+pub(super) const RARE: f64 = 100.0;
 /// Most steps between two rows. A log of 10 Hz takes half as many of 1 ms; what takes more is a log
 /// in milliseconds, or better served by longer steps.
 const MOST_STEPS: f64 = 200.0;
@@ -249,23 +238,23 @@ pub(super) fn fit_candidate(
 }
 
 /// The stages of a fit, and how far they are.
-struct Stages<'a> {
+pub(super) struct Stages<'a> {
     /// The residuals of this stage.
-    errors: Errors<'a>,
-    settings: &'a Settings,
+    pub(super) errors: Errors<'a>,
+    pub(super) settings: &'a Settings,
     /// Length of the longest log \[s\].
-    duration: f64,
+    pub(super) duration: f64,
     /// Range of positions \[rad\].
-    range: f64,
+    pub(super) range: f64,
     /// With the starts of the next stage.
-    parameters: Vec<Parameter>,
+    pub(super) parameters: Vec<Parameter>,
     /// Runs with derivatives so far.
-    runs: usize,
+    pub(super) runs: usize,
     shortened: Option<Remark>,
     /// Whether the callback has stopped the fit between two searches.
-    stopped: bool,
+    pub(super) stopped: bool,
     /// The lengths that were compared.
-    expected: Vec<ExpectedError>,
+    pub(super) expected: Vec<ExpectedError>,
     /// The candidate that the best search of the last stage began with, if not with the logs.
     origin: Option<Friction>,
     /// Where the stages from the logs have ended, if the last one begins elsewhere.
@@ -301,32 +290,6 @@ impl Stages<'_> {
             };
         }
         Ok(found)
-    }
-
-    /// Compares lengths of the last segments, if a drive is noisy, and takes the longest of those
-    /// whose errors are nearly the least: whole logs are what a simulator needs.
-    fn compare_lengths(&mut self) -> Result<(), ParameterError> {
-        self.expected.clear();
-        if self.errors.logs.iter().all(|smoothed| drive_noise(smoothed.log) == 0.0) {
-            return Ok(());
-        }
-        let (mut errors, parameters) = (self.errors.clone(), self.parameters.clone());
-        for share in SHARES {
-            let length = if share == 1.0 { f64::INFINITY } else { share * self.duration };
-            errors.criterion = Criterion::Segments(length);
-            self.runs += 1;
-            let most = f64::INFINITY;
-            let sizes = expected(&errors, &parameters, most, DRAWS[0], &mut || self.ask())?;
-            let Some(sizes) = sizes else { continue };
-            let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
-            let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
-            self.expected.push(ExpectedError { length, ratio: mean.exp() });
-        }
-        let least = self.expected.iter().map(|e| e.ratio).fold(f64::INFINITY, f64::min);
-        self.expected.iter_mut().for_each(|e| e.ratio /= least);
-        let near = self.expected.iter().rfind(|e| e.ratio <= NEARLY_LEAST);
-        self.errors.criterion = Criterion::Segments(near.map_or(f64::INFINITY, |e| e.length));
-        Ok(())
     }
 
     /// The last stage, and the rounds of a robust loss.
@@ -442,33 +405,8 @@ impl Stages<'_> {
         ControlFlow::Continue(())
     }
 
-    /// Standard errors are at least those that noise of drive and position leads one to expect.
-    fn know_noise(&mut self, fit: &mut Fit) -> Result<(), ParameterError> {
-        if fit.outcome == SearchOutcome::Stopped || self.horizon() == 0.0 {
-            return Ok(());
-        }
-        let values = fit.values();
-        begin_at(&mut self.parameters, &values);
-        let (errors, parameters) = (self.errors.clone(), self.parameters.clone());
-        let sizes = expected(&errors, &parameters, fit.rmse, DRAWS[1], &mut || self.ask())?;
-        if self.stopped {
-            fit.outcome = SearchOutcome::Stopped;
-        }
-        let Some(sizes) = sizes else { return Ok(()) };
-        let slopes = Problem::new(&self.errors, &self.parameters)?.slopes(&values);
-        for ((estimate, size), slope) in fit.estimates.iter_mut().zip(&sizes).zip(slopes) {
-            let known = [Identifiability::Determined, Identifiability::Uncertain];
-            if known.contains(&estimate.verdict) {
-                estimate.standard_error = estimate.standard_error.max(size * slope);
-                let clear = estimate.standard_error <= estimate.value.abs();
-                estimate.verdict = known[usize::from(!clear)];
-            }
-        }
-        Ok(())
-    }
-
     /// Whether the fit goes on, between two searches.
-    fn ask(&mut self) -> ControlFlow<()> {
+    pub(super) fn ask(&mut self) -> ControlFlow<()> {
         let (horizon, gradient_runs) = (self.horizon(), self.runs);
         let (candidate, rmse, values) = (0, f64::NAN, &starts(&self.parameters));
         let progress = Progress { candidate, horizon, gradient_runs, rmse, values };
@@ -478,7 +416,7 @@ impl Stages<'_> {
     }
 
     /// Length of the segments \[s\]; zero for the inverse criterion.
-    fn horizon(&self) -> f64 {
+    pub(super) fn horizon(&self) -> f64 {
         if let Criterion::Segments(length) = self.errors.criterion { length } else { 0.0 }
     }
 

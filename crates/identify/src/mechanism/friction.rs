@@ -11,7 +11,8 @@
 //! | `coulomb_torque` | T_c | N m |
 //! | `motor_load_factor`, `external_load_factor` | k_m, k_e: the products k_m μ_d and k_e μ_d | – |
 //! | `breakaway_excess` | μ_s/μ_d − 1 | – |
-//! | `stribeck_velocity` | v_S, exponent δ = 2 | rad/s |
+//! | `stribeck_velocity` | v_S | rad/s |
+//! | `stribeck_exponent` | δ: 2, unless something is said of it | – |
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | – |
 //! | `micro_stiffness` | σ0: the inverse of the breakaway distance | 1/rad |
 //! | `micro_damping` | σ1 | s/rad |
@@ -60,12 +61,13 @@ pub(super) type GearParameters<T> = GearFrictionParameters<T, AnyBristle<T>, Tor
 
 impl Friction {
     /// All parameters that a candidate can have.
-    pub(super) const NAMES: [&'static str; 8] = [
+    pub(super) const NAMES: [&'static str; 9] = [
         "coulomb_torque",
         "motor_load_factor",
         "external_load_factor",
         "breakaway_excess",
         "stribeck_velocity",
+        "stribeck_exponent",
         "backward_ratio",
         "micro_stiffness",
         "micro_damping",
@@ -157,6 +159,8 @@ impl Friction {
             let (speed, least, most) = (guess.speed, 1e-4 * guess.fastest, 10.0 * guess.fastest);
             all.push(Parameter::scaled("breakaway_excess", "", 0.3, 0.0..=10.0, 0.3));
             all.push(logarithmic("stribeck_velocity", "rad/s", 0.1 * speed, least..=most));
+            // Fixed, unless something is said of it.
+            all.push(Parameter::scaled("stribeck_exponent", "", 2.0, 2.0..=2.0, 1.0));
         }
         if self.directional {
             all.push(logarithmic("backward_ratio", "", 1.0, 0.1..=10.0));
@@ -198,12 +202,11 @@ impl Friction {
         let curve = |size: T| -> Result<AnyCurve<T>, ParameterError> {
             let viscous_friction = zero;
             Ok(if self.stribeck {
-                let stribeck_exponent = lit(2.0);
                 Stribeck::new(StribeckParameters {
                     static_coefficient: size * (one + excess),
                     dynamic_coefficient: size,
                     stribeck_velocity,
-                    stribeck_exponent,
+                    stribeck_exponent: or("stribeck_exponent", lit(2.0)),
                     viscous_friction,
                 })?
                 .into()

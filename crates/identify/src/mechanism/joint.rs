@@ -123,7 +123,7 @@ const TAKES: &str = "a joint takes inertia, drag and delay; \
     offset_torque with Term::Constant; spring_rate with Term::Spring; \
     gravity_torque and hanging_angle with Term::Gravity; names of its own terms; \
     coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, \
-    stribeck_velocity, backward_ratio, micro_stiffness and micro_damping";
+    stribeck_velocity, stribeck_exponent, backward_ratio, micro_stiffness and micro_damping";
 
 /// What is said of a parameter beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
