@@ -17,7 +17,7 @@ use super::fit::{Progress, Settings, fit_candidate, fit_joint};
 use super::friction::Friction;
 use super::joint::Joint;
 use super::log::DriveLog;
-use super::report::{JointFit, Scores};
+use super::report::{JointFit, Score};
 use super::smooth::{SmoothedLog, smooth};
 use crate::SearchOutcome;
 use bristle::number::Number;
@@ -136,19 +136,19 @@ impl Comparison {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:28} {:>5} {:>10}  fitted: whole [rad]  ", "rmse", "free", "fitted on")?;
-        writeln!(f, "held out: torque [N m]  segments [rad]  whole logs [rad]   search")?;
+        write!(f, "{:20} free  fitted on   on these: rmse (mean size)", "whole logs [rad]")?;
+        writeln!(f, "   held out: rmse (mean size)   search")?;
         for (i, fit) in self.fits.iter().enumerate() {
             let over = match fit.horizon {
                 f64::INFINITY => "whole logs".into(),
                 0.0 => "torques".into(),
                 length => format!("{:.3} s", Number(length)),
             };
-            write!(f, "{:28} {:>5} {over:>10}", fit.friction, fit.searched())?;
-            let Scores { inverse, segments, simulated } =
-                fit.held_out.as_ref().unwrap_or(&fit.fitted).all;
-            for score in [fit.fitted.all.simulated, inverse, segments, simulated] {
-                write!(f, "  {:>15.4}", Number(score.rmse))?;
+            write!(f, "{:20} {:>4} {over:>10}", fit.friction, fit.searched())?;
+            for scores in [&fit.fitted, fit.held_out.as_ref().unwrap_or(&fit.fitted)] {
+                let Score { rmse, mean_absolute } = scores.all.simulated;
+                let (rmse, mean) = (Number(rmse), Number(mean_absolute));
+                write!(f, "   {rmse:>13.4} ({mean:>9.4})")?;
             }
             let mark = match [self.simplest, self.best].map(|place| place == Some(i)) {
                 [true, true] => "  <- best and simplest",
@@ -159,7 +159,7 @@ impl fmt::Display for Comparison {
             writeln!(f, "   {}{mark}", fit.fit.outcome)?;
         }
         for (friction, error) in &self.refused {
-            writeln!(f, "{friction:28} refused: {error}")?;
+            writeln!(f, "{friction:20} refused: {error}")?;
         }
         match self.named() {
             Some(named) => write!(f, "\n{named}"),
