@@ -105,7 +105,7 @@
 //! | `external_load_factor` | `TorqueLoadParameters::external_share` · μ_d | [`Friction::loaded`] |
 //! | `breakaway_excess` | μ_s/μ_d − 1 | Stribeck, FrBD, LuGre |
 //! | `stribeck_velocity` | `StribeckParameters::stribeck_velocity` | Stribeck, FrBD, LuGre |
-//! | `stribeck_exponent` | `StribeckParameters::stribeck_exponent`: 2, unless known or started | Stribeck, FrBD, LuGre |
+//! | `stribeck_exponent` | `StribeckParameters::stribeck_exponent`: 2, unless known, or started elsewhere | Stribeck, FrBD, LuGre |
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
 //! | `micro_stiffness` | σ0 of the bristle, over μ_d, at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
 //! | `micro_damping` | σ1 of the bristle, over μ_d, likewise | FrBD, LuGre |
