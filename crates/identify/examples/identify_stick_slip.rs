@@ -513,7 +513,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         );
     }
     table.finish()?;
-    println!("\nrmse {:.4} of {} statistics; {}", fit.rmse, count, fit.outcome);
+    println!("\nrmse {:.4} of statistics and starts; {}", fit.rmse, fit.outcome);
     println!("\n{}", figure.save(arguments.out_dir(), "identify_stick_slip")?.display());
     Ok(())
 }
