@@ -175,6 +175,7 @@ fn assert_near(found: &JointFit, names: &[&str], truth: &[f64], error: f64) {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn without_noise_every_parameter_comes_back() {
     let found = dahl(&pendulum(), &logs(3, false)).unwrap();
     assert_eq!(found.fit.outcome, SearchOutcome::Converged, "{found}");
@@ -630,6 +631,7 @@ fn described(columns: &Columns, held: bool, delay: f64) -> DriveLog {
 /// A drive that is held acts half a row later than one that is linear, also by the inverse
 /// criterion and also where it is noisy.
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn all_criteria_know_a_drive_that_is_held() {
     // Rows 5 ms apart, of which the first 2 µs belong to the row before, by rounding.
     let columns = driven(GRAVITY, 7, false, |t| ((t + 2e-6) / 5e-3).floor() * 5e-3);
@@ -647,6 +649,7 @@ fn all_criteria_know_a_drive_that_is_held() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn a_delay_of_the_drive_is_taken_and_found() {
     let columns = driven(GRAVITY, 7, false, |t| t - 7.5e-3);
     let known = dahl(&pendulum(), &[described(&columns, false, 7.5e-3)]).unwrap();
@@ -711,6 +714,7 @@ fn a_measured_external_torque_loads_the_gear() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn segments_are_shortened_where_the_motion_is_too_sensitive() {
     let log = run(GRAVITY, 2, true).voltage().unwrap();
     let settings = Settings { largest_sensitivity: 0.05, ..Settings::default() };
@@ -855,6 +859,7 @@ fn a_log_of_torque_needs_no_constants_and_one_of_voltage_is_then_refused() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn the_model_that_was_found_moves_like_the_log() {
     let log = run(GRAVITY, 6, false);
     let found = dahl(&pendulum(), &[log.voltage().unwrap()]).unwrap();
