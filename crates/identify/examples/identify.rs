@@ -40,7 +40,13 @@ fn main() -> ExitCode {
             .files("log", "logs to fit, tables with a line of names")
             .files("held-out", "logs that are only predicted")
             .text("columns", "", "NAME=COLUMN*FACTOR,… where names differ from the first line's")
-            .text("between-rows", "linear", "the drive between two rows: linear or held")
+            .text(
+                "between-rows",
+                "linear",
+                "the drive between two rows: linear or held, or command, held without noise",
+            )
+            .number("delay", 0.0, "s", "time by which the drive acts later than its rows say")
+            .must_be(Rule::AtLeast(0.0))
             .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
             .number("supply", 0.0, "V", "voltage that the duty is of")
             .must_be(Rule::AtLeast(0.0))
@@ -52,7 +58,7 @@ fn main() -> ExitCode {
             .text("each", "", "PARAMETER,… that each log has for itself")
             .text("model", "all", "coulomb, stribeck, dahl, frbd or lugre, with -loaded behind, …")
             .text("loss", "squares", "squares, huber or tukey")
-            .count("runs", 100, "most runs with derivatives of a model")
+            .count("runs", 200, "most runs with derivatives of a model")
             .must_be(Rule::AtLeast(1.0))
             .parse()?;
         let files = [arguments.files("log"), arguments.files("held-out")];
@@ -172,7 +178,7 @@ fn search(
         let found = mechanism::compare(joint, models, &fitted, &held_out, &settings, &mut watch)?;
         bar.reach(parts);
         println!("{found}");
-        found.named().ok_or("no model was fitted")?.clone()
+        found.named().ok_or("no search has converged")?.clone()
     };
     Ok(fit)
 }

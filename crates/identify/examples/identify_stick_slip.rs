@@ -17,7 +17,8 @@
 //! `--runs FILE:V,FILE:V` each file has one column, F/p, at even times (`--rate`), and V is in m/s.
 //! `--predict FILE:V:K` are runs that are not fitted, with a spring of K [N/m].
 //! `--model lugre` takes the other model; `--mass-factor 3` lets the moving mass differ
-//! from the weight over g by that factor; `--mean-weight 0` leaves the mean friction out.
+//! from the weight over g by that factor; `--mean-weight 0` leaves the mean friction out. A
+//! parameter that is e times its start counts as much as a statistic that is off by `--prior`.
 //!
 //! Leaves `identify_stick_slip.csv` and `identify_stick_slip.svg`: F/p over time, measured and
 //! simulated.
@@ -87,6 +88,7 @@ struct Rig {
     mass: f64,
     mass_factor: f64,
     mean_weight: f64,
+    prior: f64,
     threshold: f64,
     /// Time between two rows \[s\].
     row: f64,
@@ -113,6 +115,8 @@ fn main() -> ExitCode {
                 .must_be(Rule::Positive)
                 .number("mass-factor", 1.0, "", "the moving mass may differ by this factor")
                 .must_be(Rule::AtLeast(1.0))
+                .number("prior", 0.01, "", "weight of the logarithm of a parameter over its start")
+                .must_be(Rule::AtLeast(0.0))
                 .number("mean-weight", 0.3, "", "weight of the mean friction beside the others")
                 .must_be(Rule::AtLeast(0.0))
                 .number("threshold", 0.022, "", "least fall and rise of F/p that count")
@@ -138,6 +142,7 @@ fn main() -> ExitCode {
             mass: arguments.number("mass"),
             mass_factor: arguments.number("mass-factor"),
             mean_weight: arguments.number("mean-weight"),
+            prior: arguments.number("prior"),
             threshold: arguments.number("threshold"),
             row: 1.0 / arguments.number("rate"),
             substeps: 4,
@@ -392,6 +397,11 @@ impl Residuals<COUNT> for Rig {
             each(off(simulated.period, period, 1.0));
             each(off(simulated.mean, mean, self.mean_weight));
         }
+        // What the statistics do not tell stays near its start: otherwise rounding would choose.
+        for (&value, parameter) in values.iter().zip(self.parameters()) {
+            let weight: T = nalgebra::convert(self.prior);
+            each((value / nalgebra::convert(parameter.start)).ln() * weight);
+        }
         Ok(())
     }
 }
@@ -450,8 +460,11 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         };
         println!("{name:20} {:10.3e} {truth} {unit:7}  {remark}", estimate.value);
     }
-    if fit.rows <= COUNT {
-        println!("{} statistics do not tell {COUNT} parameters: one set of many.", fit.rows);
+    let count = fit.rows - COUNT;
+    if count <= COUNT {
+        println!(
+            "{count} statistics do not tell {COUNT} parameters: the set nearest to the start."
+        );
     }
 
     // Longer, and with a quarter of the step, so that the result does not depend on the search's
@@ -500,7 +513,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         );
     }
     table.finish()?;
-    println!("\nrmse {:.4} of {} statistics; {}", fit.rmse, fit.rows, fit.outcome);
+    println!("\nrmse {:.4} of statistics and starts; {}", fit.rmse, fit.outcome);
     println!("\n{}", figure.save(arguments.out_dir(), "identify_stick_slip")?.display());
     Ok(())
 }

@@ -106,7 +106,7 @@ pub(super) fn minimise<R: Objective>(
     };
     let mut best = search(0, problem.start.clone());
     let mut iterations = best.iterations;
-    let mut draw = Draw(1);
+    let mut draw = Draw::new();
     for number in 1..settings.starts {
         if best.outcome == SearchOutcome::Stopped {
             break;
@@ -298,9 +298,19 @@ impl Damping {
 }
 
 /// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.
-struct Draw(u64);
+pub(super) struct Draw(u64);
 
 impl Draw {
+    pub(super) fn new() -> Self {
+        Self(1)
+    }
+
+    /// A standard normal number by the method of Box and Muller.
+    pub(super) fn gauss(&mut self) -> f64 {
+        let size = (-2.0 * (1.0 - self.next()).ln()).sqrt();
+        size * (core::f64::consts::TAU * self.next()).cos()
+    }
+
     fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -118,6 +118,9 @@ pub enum Remark {
     /// a constant friction: a [`Term`](super::mechanism::Term) may be missing. They are marked
     /// undetermined.
     NoExternalTorque,
+    /// The ratio of both directions has run to its bound beside a constant torque: the log does not
+    /// tell them apart. Offset and Coulomb torque are marked undetermined.
+    OffsetOrDirection,
     /// The model does not explain a log: the errors of the position are larger than a third of the
     /// standard deviation of the motion. No parameter is determined then.
     Unexplained {
@@ -189,6 +192,10 @@ impl fmt::Display for Remark {
             Self::NoExternalTorque => {
                 write!(f, "no external torque is modelled: a `Term` missing? ")?;
                 write!(f, "Factors of the load are not told from constant friction")
+            }
+            Self::OffsetOrDirection => {
+                write!(f, "OFFSET OR DIRECTION: backward_ratio is at its bound beside ")?;
+                write!(f, "offset_torque; leave one of them out")
             }
             Self::Unexplained { log, rmse, motion } => {
                 let (rmse, motion) = (Number(rmse), Number(motion));

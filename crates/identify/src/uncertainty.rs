@@ -119,9 +119,9 @@ impl Series {
 }
 
 /// What the sensitivities determine of the parameters, and what not.
-struct Determinacy {
+pub(super) struct Determinacy {
     /// The pseudo-inverse of JᵀJ over the directions with an effect.
-    inverse: DMatrix<f64>,
+    pub(super) inverse: DMatrix<f64>,
     undetermined: Vec<bool>,
     /// The directions without an effect.
     weak: Vec<Vec<(&'static str, f64)>>,
@@ -129,7 +129,7 @@ struct Determinacy {
 
 impl Determinacy {
     /// From the singular values and directions of the free columns, and the lengths of all.
-    fn of(
+    pub(super) fn of(
         directions: &[(f64, Point)],
         norms: &Point,
         free: &[bool],

@@ -107,6 +107,11 @@ fn motor<V: JointInput<f64>>(voltage: V, largest_voltage: Option<f64>) -> Voltag
 /// Three and a half seconds at 200 Hz, half a second of them at rest: an encoder of 4096 counts and
 /// a voltage with noise of 1 %.
 fn run(torque: f64, seed: u64, noisy: bool) -> Columns {
+    driven(torque, seed, noisy, |t| t)
+}
+
+/// The same with a voltage that acts as it is logged for another time.
+fn driven(torque: f64, seed: u64, noisy: bool, logged: fn(f64) -> f64) -> Columns {
     let mut draw = Draw(1000 + 77 * seed);
     (0..10).for_each(|_| _ = draw.next());
     let phases: [f64; 3] = core::array::from_fn(|_| 6.3 * draw.next());
@@ -116,7 +121,7 @@ fn run(torque: f64, seed: u64, noisy: bool) -> Columns {
         let wave = |size: f64, rate: f64, phase: f64| size * (rate * t + phase).sin();
         fade * (wave(3.0, 2.3, phases[0]) + wave(2.0, 5.1, phases[1]) + wave(1.0, 11.3, phases[2]))
     };
-    let motor = motor(Function::new(move |t: f64| (voltage(t), 0.0), []), None);
+    let motor = motor(Function::new(move |t: f64| (voltage(logged(t)), 0.0), []), None);
     let torques: [&dyn Fn(_) -> _; 2] = [&|now| motor.at(now), &|now| gravity(torque, 0.0).at(now)];
     let count = core::f64::consts::TAU / 4096.0;
     let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
@@ -170,12 +175,13 @@ fn assert_near(found: &JointFit, names: &[&str], truth: &[f64], error: f64) {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn without_noise_every_parameter_comes_back() {
     let found = dahl(&pendulum(), &logs(3, false)).unwrap();
     assert_eq!(found.fit.outcome, SearchOutcome::Converged, "{found}");
     // The steps of 1 ms are twice those of the log, and of second order.
     assert_near(&found, &NAMES, &TRUTH, 0.03);
-    assert!(found.gradient_runs <= 100, "{found}");
+    assert!(found.gradient_runs <= 120, "{found}");
 }
 
 /// How many of so many seeds lie within three standard errors, for each parameter.
@@ -296,6 +302,29 @@ fn a_parameter_of_each_log_has_as_many_values() {
     assert!(found.to_string().contains("hanging_angle[1]"), "{found}");
 }
 
+/// A load may be overstated, so that nothing is left for the link, or the encoder's zero may lie
+/// anywhere: the hanging angle is found all the same.
+#[test]
+fn the_hanging_angle_is_found_under_known_loads() {
+    let stopped = |gravity_torque: f64, turned: f64| {
+        let mut columns = run(GRAVITY, 1, false);
+        columns.position.iter_mut().for_each(|x| *x += turned);
+        let load = KnownLoad { inertia: 0.0, gravity_torque };
+        let drive = Drive::Voltage(&columns.drive);
+        let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
+        let log = DriveLog::new(DriveLogParameters { load, ..new }).unwrap();
+        let found = begun(&pendulum(), Friction::coulomb(), log).unwrap();
+        (found.value("hanging_angle").unwrap(), found.value("gravity_torque").unwrap())
+    };
+    for (share, turned) in [(0.0, 0.0), (0.5, 0.0), (1.06, 0.0), (0.0, 2.0), (0.7, -2.0)] {
+        let (angle, own) = stopped(share * GRAVITY, turned);
+        // The start of a Coulomb fit to a gear whose load grows with the torques.
+        assert!((angle - turned).abs() < 0.1, "{share} {turned}: {angle}");
+        let left = (1.0 - share).max(0.0) * GRAVITY;
+        assert!((own - left).abs() < 0.2 * GRAVITY, "{share} {turned}: {own} for {left}");
+    }
+}
+
 #[test]
 fn a_stopped_search_returns_the_best_so_far() {
     let logs = logs(1, true);
@@ -346,8 +375,9 @@ fn a_fit_can_be_stopped_everywhere() {
     let (outcome, calls, runs) = stopped_at(usize::MAX);
     assert!(outcome != SearchOutcome::Stopped && calls > 10, "{outcome} {calls}");
 
-    // The term is evaluated some four times a row, and a search begins with five runs.
-    assert!(runs <= 30, "{runs}");
+    // The term is evaluated some four times a row, and from one candidate to the next there are
+    // a dozen runs.
+    assert!(runs <= 60, "{runs}");
     for last in (1..=calls).step_by(calls.div_ceil(6)) {
         let (outcome, calls, _) = stopped_at(last);
         assert_eq!((outcome, calls), (SearchOutcome::Stopped, last));
@@ -429,6 +459,97 @@ fn a_richer_candidate_begins_where_the_simpler_one_ended() {
     assert!(error(1) < 1.1 * error(0), "{found}");
 }
 
+/// T_c sgn v + c is a friction of T_c + c forwards and T_c − c backwards.
+#[test]
+fn an_offset_and_a_ratio_of_directions_are_told_apart_or_refused() {
+    let log = || run(GRAVITY, 2, false).voltage().unwrap();
+    let joint = pendulum().with(Term::Constant);
+    let directional = Friction::coulomb().directional();
+    let error = begun(&joint, directional, log()).unwrap_err().to_string();
+    let want = "a direction-dependent friction under a constant load takes its own offset, \
+                not offset_torque";
+    assert_eq!(error, want);
+    assert!(begun(&joint.clone().known("offset_torque", 0.1), directional, log()).is_ok());
+    // A ratio at its bound says nothing, nor does the offset beside it.
+    let joint = joint.between("backward_ratio", 3.0, 3.0, 10.0).known("hanging_angle", 0.0);
+    let found = fitted(
+        directional.loaded(),
+        &joint,
+        &[log()],
+        &Settings { horizons: vec![0.3], gradient_runs: 40, ..Settings::default() },
+    );
+    assert!(found.fit.remarks.contains(&Remark::OffsetOrDirection), "{found}");
+    let verdict = |name| found.fit.estimate(name).unwrap().verdict;
+    assert_eq!(verdict("offset_torque"), Identifiability::Undetermined, "{found}");
+    assert!(found.to_string().contains("leave one of them out"), "{found}");
+}
+
+/// Whatever a search likes: a candidate with all parameters of another explains no less.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_candidate_never_ends_above_one_that_it_contains() {
+    let logs = [run(GRAVITY, 5, true), run(0.3 * GRAVITY, 8, true)];
+    let logs = logs.map(|columns| columns.voltage().unwrap());
+    let candidates = Friction::candidates();
+    // A budget that many of them use up.
+    let settings = Settings { gradient_runs: 60, ..Settings::default() };
+    let (fitted, held_out) = logs.split_at(1);
+    let found =
+        mechanism::compare(&pendulum(), &candidates, fitted, held_out, &settings, &mut go_on);
+    let found = found.unwrap();
+    let error = |i: usize| found.fits[i].fitted.all.simulated.rmse;
+    // Coulomb, Dahl, Stribeck, FrBD, LuGre.
+    let pairs = [(0, 1), (0, 2), (1, 3), (2, 3), (1, 4), (2, 4)];
+    let loaded = pairs.map(|(one, other)| (one + 5, other + 5));
+    let unloaded = [0, 1, 2, 3, 4].map(|i| (i, i + 5));
+    for (one, other) in pairs.into_iter().chain(loaded).chain(unloaded) {
+        // The stiff bristle of Coulomb and Stribeck is damped otherwise than Dahl's and LuGre's.
+        let stiff = [0, 2].contains(&(one % 5)) && [1, 4].contains(&(other % 5));
+        let tolerance = if stiff { 0.01 } else { 1e-9 };
+        let (one, other) = (&found.fits[one], (error(one), error(other)));
+        assert!(other.1 <= other.0 * (1.0 + tolerance), "{} {other:?}\n{found}", one.friction);
+        assert!(one.horizon == f64::INFINITY, "{found}");
+    }
+}
+
+/// The result is that of the log: not of the last digits of its columns, nor of the starts.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn rounded_columns_and_other_starts_end_within_a_standard_error() {
+    let columns = [run(GRAVITY, 5, true), run(GRAVITY, 6, true)];
+    let logs = columns.clone().map(|columns| columns.voltage().unwrap());
+    let base = dahl(&pendulum(), &logs).unwrap();
+    let near = |found: &JointFit, what: &str| {
+        for (one, other) in base.fit.estimates.iter().zip(&found.fit.estimates) {
+            let difference = (one.value - other.value).abs();
+            let name = one.parameter.name;
+            // One that is fixed has none.
+            let fixed = one.verdict == Identifiability::Fixed;
+            let same = fixed || difference < one.standard_error;
+            assert!(same, "{what} {name}: {difference}\n{base}\n{found}");
+        }
+    };
+    let rounded = columns.map(|mut columns| {
+        let Columns { time, position, drive } = &mut columns;
+        for value in [time, position, drive].into_iter().flatten() {
+            *value = format!("{value:.4e}").parse().unwrap();
+        }
+        columns.voltage().unwrap()
+    });
+    near(&dahl(&pendulum(), &rounded).unwrap(), "rounded");
+    let mut draw = Draw(5);
+    for _ in 0..5 {
+        let mut factor = || (1.4 * (draw.next() - 0.5)).exp();
+        let joint = pendulum()
+            .start("inertia", INERTIA * factor())
+            .start("drag", DRAG * factor())
+            .start("gravity_torque", GRAVITY * factor())
+            .start("coulomb_torque", LOAD.idle_load * factor())
+            .start("micro_stiffness", 200.0 * factor());
+        near(&dahl(&joint, &logs).unwrap(), "started elsewhere");
+    }
+}
+
 #[test]
 fn one_load_is_marked_where_a_term_hardly_varies() {
     let log = run(0.0, 5, true).voltage().unwrap();
@@ -483,10 +604,12 @@ fn a_search_that_ends_early_names_the_setting_that_ended_it() {
     let (candidates, logs) = ([Friction::coulomb()], [log]);
     let found = mechanism::compare(&pendulum(), &candidates, &logs, &logs, &settings, &mut go_on);
     let found = found.unwrap();
-    let fit = found.named().unwrap();
+    let (fit, text) = (&found.fits[0], format!("{found}\n{}", found.fits[0]));
     assert_eq!(fit.fit.outcome, SearchOutcome::RunLimit, "{found}");
     assert!(fit.gradient_runs <= 2 * 8, "{found}");
-    let text = found.to_string();
+    // What has not converged is neither the best nor the simplest.
+    assert!(found.named().is_none() && found.best.is_none() && !text.contains("<-"), "{found}");
+    assert!(text.contains("no candidate is named"), "{text}");
     assert!(text.contains("gradient_runs used up: raise `Settings::gradient_runs`"), "{text}");
     // The table says what was fitted.
     let over = match fit.horizon {
@@ -496,6 +619,50 @@ fn a_search_that_ends_early_names_the_setting_that_ended_it() {
     };
     let row = text.lines().nth(1).unwrap();
     assert!(text.contains("fitted on") && row.contains(over), "{text}");
+}
+
+/// A log whose drive is described so.
+fn described(columns: &Columns, held: bool, delay: f64) -> DriveLog {
+    let drive = Drive::Voltage(&columns.drive);
+    let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
+    DriveLog::new(DriveLogParameters { held, delay, ..new }).unwrap()
+}
+
+/// A drive that is held acts half a row later than one that is linear, also by the inverse
+/// criterion and also where it is noisy.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn all_criteria_know_a_drive_that_is_held() {
+    // Rows 5 ms apart, of which the first 2 µs belong to the row before, by rounding.
+    let columns = driven(GRAVITY, 7, false, |t| ((t + 2e-6) / 5e-3).floor() * 5e-3);
+    let scores = |held: bool, delay: f64| {
+        let log = described(&columns, held, delay);
+        let found = begun(&pendulum(), Friction::dahl().loaded(), log).unwrap();
+        found.fitted.all.inverse.rmse
+    };
+    let (held, shifted, linear) = (scores(true, 0.0), scores(false, 2.5e-3), scores(false, 0.0));
+    // The lag is all that a smoothed drive sees of the steps.
+    assert!((held / shifted - 1.0).abs() < 1e-9, "{held} {shifted}");
+    assert!(linear > 1.02 * held, "{held} {linear}");
+    let found = dahl(&pendulum(), &[described(&columns, true, 0.0)]).unwrap();
+    assert_near(&found, &NAMES, &TRUTH, 0.05);
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_delay_of_the_drive_is_taken_and_found() {
+    let columns = driven(GRAVITY, 7, false, |t| t - 7.5e-3);
+    let known = dahl(&pendulum(), &[described(&columns, false, 7.5e-3)]).unwrap();
+    assert_near(&known, &NAMES, &TRUTH, 0.05);
+    let joint = pendulum().start("delay", 0.0);
+    for said in [0.0, 5e-3] {
+        let found = dahl(&joint, &[described(&columns, false, said)]).unwrap();
+        let delay = found.fit.estimate("delay").unwrap();
+        assert_eq!(delay.verdict, Identifiability::Determined, "{found}");
+        // A tenth of a row: the smoothed motion begins so much beside the true one.
+        assert!((delay.value + said - 7.5e-3).abs() < 0.5e-3, "{found}");
+        assert!(delay.standard_error < 1e-3, "{found}");
+    }
 }
 
 #[test]
@@ -547,6 +714,7 @@ fn a_measured_external_torque_loads_the_gear() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn segments_are_shortened_where_the_motion_is_too_sensitive() {
     let log = run(GRAVITY, 2, true).voltage().unwrap();
     let settings = Settings { largest_sensitivity: 0.05, ..Settings::default() };
@@ -613,7 +781,8 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let wrong = error(pendulum().known("inertai", 1.0));
     assert!(wrong.ends_with(", not inertai"), "{wrong}");
     let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
-    let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent"];
+    let others = others.into_iter().chain(["stribeck_exponent"]);
+    let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent", "delay"];
     for name in NAMES.into_iter().chain(others).chain(terms) {
         assert!(wrong.contains(name), "{name}: {wrong}");
     }
@@ -690,6 +859,7 @@ fn a_log_of_torque_needs_no_constants_and_one_of_voltage_is_then_refused() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn the_model_that_was_found_moves_like_the_log() {
     let log = run(GRAVITY, 6, false);
     let found = dahl(&pendulum(), &[log.voltage().unwrap()]).unwrap();
@@ -715,4 +885,40 @@ fn a_model_in_a_file_is_read_again() {
     let read: mechanism::JointModel = toml::from_str(&text).unwrap();
     assert_eq!(toml::to_string(&read).unwrap(), text);
     assert_eq!(format!("{:?}", read.gear().unwrap()), format!("{:?}", model.gear().unwrap()));
+}
+
+/// Noise of the voltage that moves the simulated position by more than the encoder's counts.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn standard_errors_know_the_noise_of_the_drive() {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for seed in 0..6 {
+        let logs = [0, 1].map(|i| {
+            let mut columns = run(GRAVITY, 100 + 10 * seed + i, true);
+            let mut draw = Draw(5000 + 10 * seed + i);
+            columns.drive.iter_mut().for_each(|u| *u += 0.3 * draw.gauss());
+            columns.voltage().unwrap()
+        });
+        let found = dahl(&pendulum(), &logs).unwrap();
+        for (name, truth) in NAMES.iter().zip(TRUTH) {
+            let estimate = found.fit.estimate(name).unwrap();
+            squares += ((estimate.value - truth) / estimate.standard_error).powi(2);
+            count += 1.0;
+        }
+        // The length that was fitted promises nearly the least errors.
+        let fitted = found.expected.iter().find(|e| e.length == found.horizon).unwrap();
+        assert!(found.expected.len() == 4 && fitted.ratio <= 1.25, "{found}");
+        assert!(found.to_string().contains("by the noise of drive and position"), "{found}");
+    }
+    // One for Gaussian errors; of 42 correlated ones it scatters by a third. Residuals alone gave
+    // 3.2.
+    assert!(squares / count < 2.0, "{}", squares / count);
+
+    // A command has no noise.
+    let columns = run(GRAVITY, 3, false);
+    let new =
+        DriveLogParameters::new(&columns.time, &columns.position, Drive::Voltage(&columns.drive));
+    let log = DriveLog::new(DriveLogParameters { noisy: false, ..new }).unwrap();
+    let found = dahl(&pendulum(), &[log]).unwrap();
+    assert!(found.expected.is_empty() && found.horizon == f64::INFINITY, "{found}");
 }

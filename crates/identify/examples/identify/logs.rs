@@ -101,9 +101,10 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
     };
     let enabled: Option<Vec<bool>> =
         find("enabled").map(|column| column.iter().map(|&value| value > 0.5).collect());
-    let held = match arguments.text("between-rows") {
-        "linear" => false,
-        "held" => true,
+    let (held, noisy) = match arguments.text("between-rows") {
+        "linear" => (false, true),
+        "held" => (true, true),
+        "command" => (true, false),
         other => return Err(format!("--between-rows has no {other:?}").into()),
     };
     let known = |option: &str| match arguments.text(option) {
@@ -114,6 +115,8 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
         KnownLoad { inertia: known("load-inertia")?, gravity_torque: known("load-gravity")? };
     Ok(DriveLog::new(DriveLogParameters {
         held,
+        noisy,
+        delay: arguments.number("delay"),
         load,
         velocity: find("velocity"),
         external_torque: find("external_torque"),

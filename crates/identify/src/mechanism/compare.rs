@@ -3,7 +3,8 @@
 //! The score of a candidate is the mean square e² of the simulated position over the logs held
 //! out. Cut into windows, ten in each log, it has a standard error s/√n, with the deviation s of
 //! the n windows. Among the candidates within one standard error of the best, the one with the
-//! fewest parameters is named.
+//! fewest parameters is named. A search that has not converged says nothing of its candidate, which
+//! is then neither the best nor named.
 //!
 //! Source: L. Breiman, J. H. Friedman, R. A. Olshen, C. J. Stone, "Classification and Regression
 //! Trees" (1984), section 3.4.3.
@@ -12,11 +13,11 @@ use core::fmt;
 use core::ops::ControlFlow;
 
 use super::criteria::{Criterion, Errors};
-use super::fit::{Progress, Settings, fit_candidate};
+use super::fit::{Progress, Settings, fit_candidate, fit_joint};
 use super::friction::Friction;
 use super::joint::Joint;
 use super::log::DriveLog;
-use super::report::{JointFit, Scores};
+use super::report::{JointFit, Score};
 use super::smooth::{SmoothedLog, smooth};
 use crate::SearchOutcome;
 use bristle::number::Number;
@@ -32,17 +33,18 @@ pub struct Comparison {
     pub fits: Vec<JointFit>,
     /// Candidates that were refused, and why.
     pub refused: Vec<(Friction, ParameterError)>,
-    /// Place of the candidate with the least error on the logs held out.
-    pub best: usize,
-    /// Place of the simplest candidate within one standard error of it.
-    pub simplest: usize,
-    /// Standard error of the best mean square \[rad²\].
+    /// Place of the candidate with the least error on the logs held out, among those whose search
+    /// has converged.
+    pub best: Option<usize>,
+    /// Place of the simplest of these within one standard error of it.
+    pub simplest: Option<usize>,
+    /// Standard error of the best mean square \[rad²\]; NaN if no search has converged.
     pub standard_error: f64,
 }
 
 /// Fits all candidates to the logs `fitted`, and names the simplest one that predicts the logs
-/// `held_out` as well as the best. Each candidate is started from the logs and from the best one
-/// before it: put the simpler ones first.
+/// `held_out` as well as the best. Each candidate is started from the logs and from those before it
+/// that it contains, and never ends above them: put the simpler ones first.
 ///
 /// The callback can stop: the candidates so far are compared.
 ///
@@ -62,12 +64,16 @@ pub fn compare(
     Named("logs held out", held_out.len()).count(1)?;
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
     for (candidate, friction) in candidates.iter().enumerate() {
-        // The best so far, by the positions that were fitted.
-        let error = |fit: &&JointFit| fit.fitted.all.simulated.rmse;
-        let simpler = fits.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+        let contained = fits.iter().filter(|fit| friction.contains(&fit.friction));
+        let contained: Vec<_> = contained.collect();
         let mut watch = |now: &Progress<'_>| progress(&Progress { candidate, ..*now });
-        let logs = [fitted, held_out];
-        match fit_candidate(joint, friction, logs, settings, simpler, &mut watch) {
+        let found = if contained.is_empty() {
+            fit_joint(joint, friction, fitted, held_out, settings, &mut watch)
+        } else {
+            let logs = [fitted, held_out];
+            fit_candidate(joint, friction, logs, settings, &contained, &mut watch)
+        };
+        match found {
             Ok(fit) => fits.push(fit),
             Err(error) => refused.push((*friction, error)),
         }
@@ -76,20 +82,23 @@ pub fn compare(
         }
     }
     let smoothed: Vec<_> = held_out.iter().map(smooth).collect();
+    if fits.is_empty() {
+        let none = Named("candidates", 0.0).refused(Rule::Count { least: 1 });
+        return Err(refused.first().map_or(none, |(_, error)| *error));
+    }
     // Mean square and standard error, number of parameters, and place of each.
+    let converged = fits.iter().enumerate();
+    let converged = converged.filter(|(_, fit)| fit.fit.outcome == SearchOutcome::Converged);
     let score = |(place, fit): (usize, &JointFit)| {
         let (mean, error) = mean_and_error(&windows(fit, &smoothed));
         (mean, error, fit.searched(), place)
     };
-    let scores: Vec<_> = fits.iter().enumerate().map(score).collect();
-    let Some(&(least, standard_error, _, best)) = scores.iter().min_by(|a, b| a.0.total_cmp(&b.0))
-    else {
-        let none = Named("candidates", 0.0).refused(Rule::Count { least: 1 });
-        return Err(refused.first().map_or(none, |(_, error)| *error));
-    };
-    let near = scores.iter().filter(|score| score.0 <= least + standard_error);
+    let scores: Vec<_> = converged.map(score).collect();
+    let best = scores.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let standard_error = best.map_or(f64::NAN, |best| best.1);
+    let near = scores.iter().filter(|s| best.is_some_and(|best| s.0 <= best.0 + best.1));
     let simplest = near.min_by(|a, b| a.2.cmp(&b.2).then(a.0.total_cmp(&b.0)));
-    let simplest = simplest.map_or(best, |score| score.3);
+    let [best, simplest] = [best, simplest].map(|score| score.map(|score| score.3));
     Ok(Comparison { fits, refused, best, simplest, standard_error })
 }
 
@@ -118,43 +127,43 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 }
 
 impl Comparison {
-    /// The simplest candidate within one standard error of the best.
+    /// The simplest candidate within one standard error of the best; none where no search has
+    /// converged.
     pub fn named(&self) -> Option<&JointFit> {
-        self.fits.get(self.simplest)
+        self.fits.get(self.simplest?)
     }
 }
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:28} {:>5} {:>10}  ", "rmse", "free", "fitted on")?;
-        write!(f, "held out: torque [N m]  ")?;
-        writeln!(f, "segments [rad]  whole logs [rad]   search")?;
+        write!(f, "{:20} free  fitted on   on these: rmse (mean size)", "whole logs [rad]")?;
+        writeln!(f, "   held out: rmse (mean size)   search")?;
         for (i, fit) in self.fits.iter().enumerate() {
             let over = match fit.horizon {
                 f64::INFINITY => "whole logs".into(),
                 0.0 => "torques".into(),
                 length => format!("{:.3} s", Number(length)),
             };
-            write!(f, "{:28} {:>5} {over:>10}", fit.friction, fit.searched())?;
-            let Scores { inverse, segments, simulated } =
-                fit.held_out.as_ref().unwrap_or(&fit.fitted).all;
-            for score in [inverse, segments, simulated] {
-                write!(f, "  {:>15.4}", Number(score.rmse))?;
+            write!(f, "{:20} {:>4} {over:>10}", fit.friction, fit.searched())?;
+            for scores in [&fit.fitted, fit.held_out.as_ref().unwrap_or(&fit.fitted)] {
+                let Score { rmse, mean_absolute } = scores.all.simulated;
+                let (rmse, mean) = (Number(rmse), Number(mean_absolute));
+                write!(f, "   {rmse:>13.4} ({mean:>9.4})")?;
             }
-            let mark = match i {
-                _ if i == self.simplest && i == self.best => "  <- best and simplest",
-                _ if i == self.simplest => "  <- simplest within one standard error",
-                _ if i == self.best => "  <- best",
-                _ => "",
+            let mark = match [self.simplest, self.best].map(|place| place == Some(i)) {
+                [true, true] => "  <- best and simplest",
+                [true, false] => "  <- simplest within one standard error",
+                [false, true] => "  <- best",
+                [false, false] => "",
             };
             writeln!(f, "   {}{mark}", fit.fit.outcome)?;
         }
         for (friction, error) in &self.refused {
-            writeln!(f, "{friction:28} refused: {error}")?;
+            writeln!(f, "{friction:20} refused: {error}")?;
         }
         match self.named() {
             Some(named) => write!(f, "\n{named}"),
-            None => Ok(()),
+            None => writeln!(f, "\nno search has converged: no candidate is named"),
         }
     }
 }

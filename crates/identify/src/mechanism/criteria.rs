@@ -15,6 +15,7 @@
 //! the deflection that balances the other torques.
 
 use core::ops::Range;
+use core::sync::atomic::{AtomicUsize, Ordering};
 
 use super::joint::Model;
 use super::log::DriveLog;
@@ -173,9 +174,45 @@ impl Objective for Errors<'_> {
                 None => r,
             })
         };
-        let mut logs = self.logs.iter().enumerate();
-        logs.try_for_each(|(number, log)| self.of_log(number, log, values, &mut weighted))
+        let of_log = |number: usize| {
+            let mut residuals = Vec::new();
+            let mut push = |r: T| residuals.push(r);
+            let log = self.logs.get(number);
+            log.map_or(Ok(()), |log| self.of_log(number, log, values, &mut push))?;
+            Ok(residuals)
+        };
+        for residuals in side_by_side(self.logs.len(), of_log) {
+            residuals?.into_iter().for_each(&mut weighted);
+        }
+        Ok(())
     }
+}
+
+/// What a function gives for each number below a count, in their order, by as many threads as the
+/// machine has.
+fn side_by_side<R: Send>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let numbers = core::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        let ours = numbers.take_while(|&number| number < count);
+        ours.map(|number| (number, of(number))).collect::<Vec<_>>()
+    };
+    let mut all = std::thread::scope(|scope| {
+        let start = |_| std::thread::Builder::new().spawn_scoped(scope, work).ok();
+        let others: Vec<_> = (1..threads).filter_map(start).collect();
+        let mut all = work();
+        for other in others {
+            match other.join() {
+                Ok(theirs) => all.extend(theirs),
+                // A panic of a term of the user's own.
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        all
+    });
+    all.sort_by_key(|(number, _)| *number);
+    all.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(test)]
@@ -219,7 +256,8 @@ mod tests {
         let errors = Errors::new(&model, &smoothed, criterion);
         let parameters = &model.table.parameters;
         let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
-        for (i, parameter) in parameters.iter().enumerate() {
+        let searched = |(_, p): &(usize, &crate::Parameter)| p.least < p.most;
+        for (i, parameter) in parameters.iter().enumerate().filter(searched) {
             let duals: Vec<DualSVec64<1>> = (values.iter().enumerate())
                 .map(|(j, &value)| {
                     let dual = DualSVec64::from_re(value);

@@ -5,6 +5,9 @@
 //! segments. Before each stage the sensitivity of the position is looked at, in ranges of the
 //! position per unit of a search variable. Where it exceeds a bound, as in stick-slip, the
 //! segments end earlier.
+//!
+//! The last stage is searched from there and from the results of candidates that this one contains
+//! (`ladder`), and the better end is kept.
 
 use core::ops::ControlFlow;
 
@@ -13,28 +16,31 @@ use super::criteria::{Criterion, Errors};
 use super::friction::Friction;
 use super::joint::{Joint, Model};
 use super::judge::judge;
+use super::ladder::{Begin, begin_at, contained_start, off_neutral, starts, tried};
 use super::log::DriveLog;
-use super::report::JointFit;
+use super::report::{ExpectedError, JointFit};
 use super::smooth::{SmoothedLog, smooth};
 use super::start::guess;
 use crate::least_squares::minimise;
 use crate::log::{quantile, span};
 use crate::problem::{Objective, Problem};
-use crate::{Estimate, Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
-use bristle::parameter::{Named, ParameterError};
+use crate::{Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
+use bristle::parameter::{Named, ParameterError, Rule};
 
 /// How the parameters of a joint are searched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Lengths of the segments \[s\] that are fitted one after the other, growing; infinite for
     /// whole logs. The last one decides. Empty for a thirtieth and a sixth of the longest log, and
-    /// whole logs.
+    /// then whole logs; or, where a drive is noisy, the length that promises the least errors of
+    /// the parameters, see [`JointFit::expected`].
     pub horizons: Vec<f64>,
     /// Longest step of a simulation \[s\], positive.
     pub step: f64,
     /// What is minimised in the last stage.
     pub loss: Loss,
-    /// Most runs with derivatives over all stages. Where they end a search, the result is marked
+    /// Most runs with derivatives over all stages and starts, also those of the simpler candidates
+    /// that a fit starts from. Where they end a search, the result is marked
     /// [`SearchOutcome::RunLimit`].
     pub gradient_runs: usize,
     /// Relative change of the sum of squares below which a stage has converged.
@@ -45,14 +51,17 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Steps of 1 ms, squares, a hundred runs, a change of 10⁻⁶, a sensitivity of 5.
+    /// Steps of 1 ms, squares, 200 runs, a change of 10⁻⁵, a sensitivity of 5.
+    ///
+    /// One standard error changes the squares by their share of one independent row: of a thousand
+    /// such rows, by a hundred times as much as the tolerance.
     fn default() -> Self {
         Self {
             horizons: Vec::new(),
             step: 1e-3,
             loss: Loss::Squares,
-            gradient_runs: 100,
-            tolerance: 1e-6,
+            gradient_runs: 200,
+            tolerance: 1e-5,
             largest_sensitivity: 5.0,
         }
     }
@@ -77,10 +86,10 @@ pub struct Progress<'a> {
 
 /// Most runs with derivatives of the inverse criterion.
 const INVERSE_RUNS: usize = 20;
-/// Factors by which the start of a parameter is tried.
-const FACTORS: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
-/// Parameters that are tried.
-const TRIED: [&str; 2] = ["micro_stiffness", "stribeck_velocity"];
+/// Most runs with derivatives of a stage before the last.
+const COARSE_RUNS: usize = 15;
+/// Most runs with derivatives from each of two starts, after which the better one goes on.
+const CHALLENGE_RUNS: usize = 10;
 /// Most rounds of weights of a robust loss.
 const ROUNDS: usize = 5;
 /// Share of the rows whose sensitivity must be bearable; that of the others may be a hundred times
@@ -88,7 +97,7 @@ const ROUNDS: usize = 5;
 const NEARLY_ALL: f64 = 0.95;
 /// That of the others may be as many times as large; rows beyond it do not count for the standard
 /// errors.
-const RARE: f64 = 100.0;
+pub(super) const RARE: f64 = 100.0;
 /// Most steps between two rows. A log of 10 Hz takes half as many of 1 ms; what takes more is a log
 /// in milliseconds, or better served by longer steps.
 const MOST_STEPS: f64 = 200.0;
@@ -141,16 +150,38 @@ pub fn fit_joint(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
-    fit_candidate(joint, friction, [fitted, held_out], settings, None, progress)
+    let mut stopped = false;
+    let mut watch = |now: &Progress<'_>| {
+        stopped = stopped || progress(now).is_break();
+        if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut rungs = Vec::<JointFit>::new();
+    let mut left = settings.gradient_runs;
+    let all = friction.rungs();
+    for (number, rung) in all.iter().enumerate() {
+        let last = number + 1 == all.len();
+        let gradient_runs = if last { left } else { left / (all.len() + 1 - number) };
+        let settings = Settings { gradient_runs, ..settings.clone() };
+        let unseen = if last { held_out } else { &[] };
+        let contained: Vec<_> = rungs.iter().collect();
+        let logs = [fitted, unseen];
+        let fit = fit_candidate(joint, rung, logs, &settings, &contained, &mut watch)?;
+        left = left.saturating_sub(fit.gradient_runs);
+        rungs.push(fit);
+    }
+    let gradient_runs = rungs.iter().map(|fit| fit.gradient_runs).sum();
+    let last =
+        rungs.pop().ok_or_else(|| Named("candidates", 0.0).refused(Rule::Count { least: 1 }));
+    Ok(JointFit { gradient_runs, run_limit: settings.gradient_runs, ..last? })
 }
 
-/// [`fit_joint`], also from the parameters of a simpler candidate.
+/// [`fit_joint`], also from the results of candidates that this one contains.
 pub(super) fn fit_candidate(
     joint: &Joint,
     friction: &Friction,
     [fitted, held_out]: [&[DriveLog]; 2],
     settings: &Settings,
-    simpler: Option<&JointFit>,
+    contained: &[&JointFit],
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
     Named("logs", fitted.len()).count(1)?;
@@ -169,10 +200,16 @@ pub(super) fn fit_candidate(
         parameters: model.table.parameters.clone(),
         runs: 0,
         shortened: None,
+        stopped: false,
+        expected: Vec::new(),
+        origin: None,
+        own: None,
         progress,
     };
-    let mut fit = stages.all(simpler)?;
-    let (runs, horizon) = (stages.runs, stages.horizon());
+    let mut fit = stages.all(contained)?;
+    let (runs, horizon, origin) = (stages.runs, stages.horizon(), stages.origin);
+    let lengths = core::mem::take(&mut stages.expected);
+    stages.know_noise(&mut fit)?;
     fit.remarks.extend(stages.shortened);
     if fit.outcome == SearchOutcome::IterationLimit {
         fit.outcome = SearchOutcome::RunLimit;
@@ -187,10 +224,13 @@ pub(super) fn fit_candidate(
         friction: *friction,
         fit,
         horizon,
+        expected: lengths,
         segment,
         fitted: model.scores(&values, &logs, segment)?,
         held_out: held_out.transpose()?,
         gradient_runs: runs,
+        run_limit: settings.gradient_runs,
+        origin,
         model,
     };
     judge(&mut result, &logs);
@@ -198,58 +238,96 @@ pub(super) fn fit_candidate(
 }
 
 /// The stages of a fit, and how far they are.
-struct Stages<'a> {
+pub(super) struct Stages<'a> {
     /// The residuals of this stage.
-    errors: Errors<'a>,
-    settings: &'a Settings,
+    pub(super) errors: Errors<'a>,
+    pub(super) settings: &'a Settings,
     /// Length of the longest log \[s\].
-    duration: f64,
+    pub(super) duration: f64,
     /// Range of positions \[rad\].
-    range: f64,
+    pub(super) range: f64,
     /// With the starts of the next stage.
-    parameters: Vec<Parameter>,
+    pub(super) parameters: Vec<Parameter>,
     /// Runs with derivatives so far.
-    runs: usize,
+    pub(super) runs: usize,
     shortened: Option<Remark>,
+    /// Whether the callback has stopped the fit between two searches.
+    pub(super) stopped: bool,
+    /// The lengths that were compared.
+    pub(super) expected: Vec<ExpectedError>,
+    /// The candidate that the best search of the last stage began with, if not with the logs.
+    origin: Option<Friction>,
+    /// Where the stages from the logs have ended, if the last one begins elsewhere.
+    own: Option<Vec<f64>>,
     progress: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 }
 
 impl Stages<'_> {
     /// The inverse criterion, then segments of growing length.
-    fn all(&mut self, simpler: Option<&JointFit>) -> Result<Fit, ParameterError> {
+    fn all(&mut self, contained: &[&JointFit]) -> Result<Fit, ParameterError> {
         let horizons = match self.settings.horizons.as_slice() {
             [] => vec![self.duration / 30.0, self.duration / 6.0, f64::INFINITY],
             given => given.to_vec(),
         };
-        let coarse = 100.0 * self.settings.tolerance;
+        let coarse = 10.0 * self.settings.tolerance;
         let mut found = self.minimise(self.left().min(INVERSE_RUNS), coarse)?;
         for (stage, &asked) in horizons.iter().enumerate() {
-            if found.outcome == SearchOutcome::Stopped {
-                break;
-            }
             let last = stage + 1 == horizons.len();
-            if self.segments(asked, last, simpler)?.is_break() {
-                found.outcome = SearchOutcome::Stopped;
+            let stopped = found.outcome == SearchOutcome::Stopped
+                || self.segments(asked, [stage == 0, last], contained)?.is_break();
+            let iterations = self.left() / (2 * (horizons.len() - stage) - 1);
+            if stopped || iterations == 0 {
+                let limit = SearchOutcome::RunLimit;
+                // The best of the starts, if any was better.
+                found = self.minimise(0, coarse)?;
+                found.outcome = if stopped { SearchOutcome::Stopped } else { limit };
                 break;
             }
-            let iterations = self.left() / (horizons.len() - stage);
-            if iterations == 0 {
-                found.outcome = SearchOutcome::RunLimit;
+            found = if last {
+                self.last()?
+            } else {
+                self.minimise(iterations.min(COARSE_RUNS), coarse)?
+            };
+        }
+        Ok(found)
+    }
+
+    /// The last stage, and the rounds of a robust loss.
+    fn last(&mut self) -> Result<Fit, ParameterError> {
+        let tolerance = self.settings.tolerance;
+        let mut found = None;
+        if let Some(own) = self.own.take() {
+            // A few runs from both, and on from the better one.
+            let runs = CHALLENGE_RUNS.min(self.left() / 3);
+            let one = self.minimise(runs, tolerance)?;
+            let (reached, origin) = (self.errors.cost(&one.values()), self.origin.take());
+            begin_at(&mut self.parameters, &own);
+            let other = match one.outcome {
+                SearchOutcome::Stopped => None,
+                _ => Some(self.minimise(runs, tolerance)?),
+            };
+            let better = other.filter(|fit| self.errors.cost(&fit.values()) < reached);
+            if better.is_none() {
+                begin_at(&mut self.parameters, &one.values());
+                self.origin = origin;
+            }
+            let best = better.unwrap_or(one);
+            found = Some(best).filter(|fit| fit.outcome != SearchOutcome::IterationLimit);
+        }
+        let mut found = match found {
+            Some(found) => found,
+            None => self.minimise(self.left(), tolerance)?,
+        };
+        let rounds = if self.settings.loss == Loss::Squares { 0 } else { ROUNDS };
+        for _ in 0..rounds {
+            if self.left() == 0 || found.outcome == SearchOutcome::Stopped {
                 break;
             }
-            let tolerance = if last { self.settings.tolerance } else { coarse };
-            found = self.minimise(iterations, tolerance)?;
-            let rounds = if last && self.settings.loss != Loss::Squares { ROUNDS } else { 0 };
-            for _ in 0..rounds {
-                if self.left() == 0 || found.outcome == SearchOutcome::Stopped {
-                    break;
-                }
-                self.errors.weights.clear();
-                let mut sizes = Vec::new();
-                self.errors.evaluate(&found.values(), &mut |r: f64| sizes.push(r.abs()))?;
-                self.errors.weights = self.settings.loss.weights(&sizes);
-                found = self.minimise(self.left(), tolerance)?;
-            }
+            self.errors.weights.clear();
+            let mut sizes = Vec::new();
+            self.errors.evaluate(&found.values(), &mut |r: f64| sizes.push(r.abs()))?;
+            self.errors.weights = self.settings.loss.weights(&sizes);
+            found = self.minimise(self.left(), tolerance)?;
         }
         Ok(found)
     }
@@ -258,19 +336,27 @@ impl Stages<'_> {
     fn segments(
         &mut self,
         asked: f64,
-        last: bool,
-        simpler: Option<&JointFit>,
+        [first, last]: [bool; 2],
+        contained: &[&JointFit],
     ) -> Result<ControlFlow<()>, ParameterError> {
         let length = if asked >= self.duration { f64::INFINITY } else { asked };
         let most = self.settings.largest_sensitivity * self.range;
         self.errors.criterion = Criterion::Segments(length);
         self.errors.largest_gradient = RARE * most;
-        if let Some(simpler) = simpler {
-            start_from(&self.errors, &mut self.parameters, simpler);
+        if first {
+            off_neutral(&mut self.parameters);
         }
-        if self.try_starts().is_break() {
+        let contained = if last { contained } else { &[] };
+        if (first || !contained.is_empty()) && self.try_starts(contained).is_break() {
             return Ok(ControlFlow::Break(()));
         }
+        if last && self.settings.horizons.is_empty() {
+            self.compare_lengths()?;
+            if self.stopped || self.horizon() < length && self.try_starts(contained).is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        let length = self.horizon();
         for _ in 0..HALVINGS {
             self.runs += 1;
             if is_bearable(&self.errors, &self.parameters, most)? {
@@ -290,37 +376,47 @@ impl Stages<'_> {
     }
 
     /// Takes the best of several starts for the parameters that the inverse criterion hardly sees.
-    fn try_starts(&mut self) -> ControlFlow<()> {
-        let mut values = starts(&self.parameters);
-        let mut best = self.errors.cost(&values);
-        for (i, parameter) in self.parameters.clone().iter().enumerate() {
-            if !TRIED.contains(&parameter.name) || parameter.least >= parameter.most {
-                continue;
+    /// With candidates that this one contains, it takes the best of theirs, and keeps its own for a
+    /// second search.
+    fn try_starts(&mut self, contained: &[&JointFit]) -> ControlFlow<()> {
+        let table = &self.errors.model.table;
+        let ended = contained.iter().flat_map(|&fit| {
+            [Begin::Same, Begin::Undamped].map(|begin| {
+                let values = contained_start(table, fit, begin);
+                (self.errors.cost(&values), values, fit)
+            })
+        });
+        let least = ended.min_by(|a, b| a.0.total_cmp(&b.0));
+        self.own = least.is_some().then(|| starts(&self.parameters));
+        self.origin = least.as_ref().map(|(_, _, fit)| fit.friction);
+        let begun = least.as_ref().map(|(_, _, fit)| contained_start(table, fit, Begin::Nearly));
+        let begun = begun.unwrap_or_else(|| starts(&self.parameters));
+        begin_at(&mut self.parameters, &begun);
+        let mut best = least.map_or((f64::INFINITY, Vec::new()), |least| (least.0, least.1));
+        for values in core::iter::once(begun).chain(tried(&self.parameters)) {
+            let cost = self.errors.cost(&values);
+            // Where no start has an answer, the search says so.
+            if cost < best.0 || best.1.is_empty() {
+                best = (cost, values);
             }
-            for factor in FACTORS {
-                let mut moved = values.clone();
-                let value = (parameter.start * factor).clamp(parameter.least, parameter.most);
-                moved.iter_mut().skip(i).take(1).for_each(|place| *place = value);
-                let reached = self.errors.cost(&moved);
-                if reached < best {
-                    (best, values) = (reached, moved);
-                }
-                self.ask()?;
-            }
+            begin_at(&mut self.parameters, &best.1);
+            self.ask()?;
         }
-        begin_at(&mut self.parameters, &values);
         ControlFlow::Continue(())
     }
 
     /// Whether the fit goes on, between two searches.
-    fn ask(&mut self) -> ControlFlow<()> {
+    pub(super) fn ask(&mut self) -> ControlFlow<()> {
         let (horizon, gradient_runs) = (self.horizon(), self.runs);
         let (candidate, rmse, values) = (0, f64::NAN, &starts(&self.parameters));
-        (self.progress)(&Progress { candidate, horizon, gradient_runs, rmse, values })
+        let progress = Progress { candidate, horizon, gradient_runs, rmse, values };
+        let goes_on = (self.progress)(&progress);
+        self.stopped |= goes_on.is_break();
+        goes_on
     }
 
     /// Length of the segments \[s\]; zero for the inverse criterion.
-    fn horizon(&self) -> f64 {
+    pub(super) fn horizon(&self) -> f64 {
         if let Criterion::Segments(length) = self.errors.criterion { length } else { 0.0 }
     }
 
@@ -342,50 +438,6 @@ impl Stages<'_> {
         begin_at(&mut self.parameters, &fit.values());
         self.runs += fit.iterations + 1;
         Ok(fit)
-    }
-}
-
-/// Where parameters start.
-fn starts(parameters: &[Parameter]) -> Vec<f64> {
-    parameters.iter().map(|parameter| parameter.start).collect()
-}
-
-/// Takes values as the starts of parameters.
-fn begin_at(parameters: &mut [Parameter], values: &[f64]) {
-    for (parameter, &value) in parameters.iter_mut().zip(values) {
-        parameter.start = value;
-    }
-}
-
-/// Values of parameters with which a model is nearly the one without them.
-const NEUTRAL: [(&str, f64); 5] = [
-    ("micro_damping", 0.0),
-    ("motor_load_factor", 0.02),
-    ("external_load_factor", 0.02),
-    ("breakaway_excess", 0.01),
-    ("backward_ratio", 1.0),
-];
-
-/// Starts from the parameters of a simpler candidate if that is better, with the others as they are
-/// or nearly without effect.
-fn start_from(errors: &Errors<'_>, parameters: &mut [Parameter], simpler: &JointFit) {
-    let now = starts(parameters);
-    let with = |neutral: bool| -> Vec<f64> {
-        let places = parameters.iter().zip(&errors.model.table.logs);
-        let value = |(parameter, log): (&Parameter, &Option<usize>)| {
-            let same = |e: &&Estimate| e.parameter.name == parameter.name && e.log == *log;
-            // One that was fixed in the simpler candidate says nothing.
-            let searched = |e: &&Estimate| e.parameter.least < e.parameter.most;
-            let found = simpler.fit.estimates.iter().find(|e| same(e) && searched(e));
-            let without = NEUTRAL.iter().find(|(name, _)| neutral && *name == parameter.name);
-            let value = found.map(|e| e.value).or(without.map(|(_, value)| *value));
-            value.map_or(parameter.start, |v| v.max(parameter.least).min(parameter.most))
-        };
-        places.map(value).collect()
-    };
-    let starts = [now, with(false), with(true)].map(|values| (errors.cost(&values), values));
-    if let Some((_, best)) = starts.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
-        begin_at(parameters, best);
     }
 }
 

@@ -11,7 +11,8 @@
 //! | `coulomb_torque` | T_c | N m |
 //! | `motor_load_factor`, `external_load_factor` | k_m, k_e: the products k_m μ_d and k_e μ_d | – |
 //! | `breakaway_excess` | μ_s/μ_d − 1 | – |
-//! | `stribeck_velocity` | v_S, exponent δ = 2 | rad/s |
+//! | `stribeck_velocity` | v_S | rad/s |
+//! | `stribeck_exponent` | δ: 2, unless something is said of it | – |
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | – |
 //! | `micro_stiffness` | σ0: the inverse of the breakaway distance | 1/rad |
 //! | `micro_damping` | σ1 | s/rad |
@@ -39,6 +40,10 @@ enum Kind {
     FrBd,
 }
 
+/// σ0 times the range of positions, of a bristle that does not count: it breaks away over a
+/// ten-thousandth of the range. A stiffer one only rings.
+const STIFF: f64 = 1e4;
+
 /// A candidate for the friction of a gear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Friction {
@@ -56,12 +61,13 @@ pub(super) type GearParameters<T> = GearFrictionParameters<T, AnyBristle<T>, Tor
 
 impl Friction {
     /// All parameters that a candidate can have.
-    pub(super) const NAMES: [&'static str; 8] = [
+    pub(super) const NAMES: [&'static str; 9] = [
         "coulomb_torque",
         "motor_load_factor",
         "external_load_factor",
         "breakaway_excess",
         "stribeck_velocity",
+        "stribeck_exponent",
         "backward_ratio",
         "micro_stiffness",
         "micro_damping",
@@ -103,7 +109,9 @@ impl Friction {
         Self { loaded: true, ..self }
     }
 
-    /// With another curve backwards.
+    /// With another curve backwards. Under a constant load that is a constant torque beside the
+    /// mean of both curves: such a candidate is refused beside a
+    /// [`Term::Constant`](super::Term::Constant) that is searched.
     #[must_use]
     pub fn directional(self) -> Self {
         Self { directional: true, ..self }
@@ -116,9 +124,26 @@ impl Friction {
         plain.into_iter().chain(plain.map(Self::loaded)).collect()
     }
 
+    /// Whether a simpler candidate is this one with some of its parameters without effect.
+    pub(super) fn contains(&self, simpler: &Self) -> bool {
+        let kind = match (simpler.kind, self.kind) {
+            (Kind::Static, _) | (Kind::Dahl, Kind::LuGre | Kind::FrBd) => true,
+            (one, other) => one == other,
+        };
+        let least = simpler.stribeck <= self.stribeck
+            && simpler.loaded <= self.loaded
+            && simpler.directional <= self.directional;
+        kind && least && simpler != self
+    }
+
     /// Whether its load grows with the torques.
     pub fn is_loaded(&self) -> bool {
         self.loaded
+    }
+
+    /// Whether a ratio of both directions does what a constant torque does.
+    pub(super) fn has_offset(&self) -> bool {
+        self.directional && !self.loaded
     }
 
     pub(super) fn parameters(&self, guess: &Guess) -> Vec<Parameter> {
@@ -132,8 +157,10 @@ impl Friction {
         let logarithmic = Parameter::logarithmic;
         if self.stribeck {
             let (speed, least, most) = (guess.speed, 1e-4 * guess.fastest, 10.0 * guess.fastest);
-            all.push(Parameter::scaled("breakaway_excess", "", 0.3, 1e-3..=10.0, 0.3));
+            all.push(Parameter::scaled("breakaway_excess", "", 0.3, 0.0..=10.0, 0.3));
             all.push(logarithmic("stribeck_velocity", "rad/s", 0.1 * speed, least..=most));
+            // Fixed, unless something is said of it.
+            all.push(Parameter::scaled("stribeck_exponent", "", 2.0, 2.0..=2.0, 1.0));
         }
         if self.directional {
             all.push(logarithmic("backward_ratio", "", 1.0, 0.1..=10.0));
@@ -141,14 +168,14 @@ impl Friction {
         // σ1 of a critically damped stuck joint is 2 √(σ0 J/T_c).
         let critical = |stiffness: f64| 2.0 * (stiffness * guess.inertia / coulomb).sqrt();
         if self.kind == Kind::Static {
-            let stiffness = 1e4 / range;
+            let stiffness = STIFF / range;
             let damping = 0.5 * critical(stiffness);
             all.push(logarithmic("micro_stiffness", "1/rad", stiffness, stiffness..=stiffness));
             all.push(logarithmic("micro_damping", "s/rad", damping, damping..=damping));
             return all;
         }
         let stiffness = 200.0 / range;
-        all.push(logarithmic("micro_stiffness", "1/rad", stiffness, 1.0 / range..=1e5 / range));
+        all.push(logarithmic("micro_stiffness", "1/rad", stiffness, 1.0 / range..=STIFF / range));
         if self.kind != Kind::Dahl {
             let damping = 0.1 * critical(stiffness);
             let bounds = 0.0..=1e3 * damping;
@@ -175,12 +202,11 @@ impl Friction {
         let curve = |size: T| -> Result<AnyCurve<T>, ParameterError> {
             let viscous_friction = zero;
             Ok(if self.stribeck {
-                let stribeck_exponent = lit(2.0);
                 Stribeck::new(StribeckParameters {
                     static_coefficient: size * (one + excess),
                     dynamic_coefficient: size,
                     stribeck_velocity,
-                    stribeck_exponent,
+                    stribeck_exponent: or("stribeck_exponent", lit(2.0)),
                     viscous_friction,
                 })?
                 .into()

@@ -118,12 +118,12 @@ impl Term {
 }
 
 /// The names that a joint takes.
-const TAKES: &str = "a joint takes inertia and drag; \
+const TAKES: &str = "a joint takes inertia, drag and delay; \
     torque_constant, resistance and duty_exponent with a drive that has them; \
     offset_torque with Term::Constant; spring_rate with Term::Spring; \
     gravity_torque and hanging_angle with Term::Gravity; names of its own terms; \
     coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, \
-    stribeck_velocity, backward_ratio, micro_stiffness and micro_damping";
+    stribeck_velocity, stribeck_exponent, backward_ratio, micro_stiffness and micro_damping";
 
 /// What is said of a parameter beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -211,7 +211,7 @@ impl Joint {
     }
 
     /// With a parameter whose search starts from a value. `torque_constant` and `resistance` need
-    /// one, or must be known; `duty_exponent` is 1 unless one is given.
+    /// one, or must be known; `duty_exponent` is 1 and `delay` 0 unless one is given.
     #[must_use]
     pub fn start(self, name: &'static str, value: f64) -> Self {
         self.say(name, Said::Start(value))
@@ -257,6 +257,9 @@ impl Joint {
         if guess.duty_exponent {
             base.push(Parameter::scaled("duty_exponent", "", 1.0, 0.2..=3.0, 0.3));
         }
+        if let Some(row) = guess.delay {
+            base.push(Parameter::scaled("delay", "s", 0.0, 0.0..=20.0 * row, row));
+        }
         let viscous = guess.torque / guess.speed;
         let bounds = 0.0..=10.0 * viscous;
         base.push(Parameter::scaled("drag", "N m s/rad", guess.drag, bounds, 0.1 * viscous));
@@ -279,6 +282,11 @@ impl Joint {
                 None if Friction::NAMES.contains(&name) => {}
                 None => return Err(ParameterError::chosen(name, TAKES)),
             }
+        }
+        let searched = |p: &Parameter| p.name == "offset_torque" && p.least < p.most;
+        if friction.has_offset() && base.iter().any(searched) {
+            let rule = "a direction-dependent friction under a constant load takes its own offset";
+            return Err(ParameterError::chosen("offset_torque", rule));
         }
         let mut table = Table { parameters: Vec::new(), logs: Vec::new() };
         for (parameter, each) in base.into_iter().zip(each) {

@@ -29,8 +29,14 @@ pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
     let mut remarks = Vec::new();
     let unexplained = unexplained(result, logs);
     let one_load = one_load(result, logs);
+    let at_bound =
+        |verdict| matches!(verdict, Identifiability::AtLowerBound | Identifiability::AtUpperBound);
+    let ratio = result.fit.estimate("backward_ratio").map(|estimate| estimate.verdict);
+    let one_way = ratio.is_some_and(at_bound) && result.fit.estimate("offset_torque").is_some();
     for estimate in &mut result.fit.estimates {
-        if one_load.is_some() && estimate.parameter.name.ends_with("load_factor") {
+        let name = estimate.parameter.name;
+        let exchanged = one_way && ["offset_torque", "coulomb_torque"].contains(&name);
+        if one_load.is_some() && name.ends_with("load_factor") || exchanged {
             estimate.verdict = Identifiability::Undetermined;
             estimate.standard_error = f64::INFINITY;
         } else if !unexplained.is_empty() && estimate.verdict == Identifiability::Determined {
@@ -57,6 +63,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
             }
         }
         remarks.extend(one_load);
+        remarks.extend(one_way.then_some(Remark::OffsetOrDirection));
     }
     // With a wrong unit nothing else that could be said means anything.
     result.fit.remarks = remarks;

@@ -54,10 +54,15 @@ pub struct DriveLogParameters<'a> {
     pub velocity: Option<&'a [f64]>,
     /// The drive.
     pub drive: Drive<'a>,
-    /// Whether the drive is a command, which is held from each row to the next and has no noise.
-    /// Otherwise it is taken as measured: linear between rows, and smoothed where it loads the
-    /// gear.
+    /// Whether the drive is held from each row to the next; otherwise it is linear between rows.
     pub held: bool,
+    /// Whether the drive was measured, with noise: it is then smoothed where it loads the gear.
+    /// Otherwise it is a command. A goal is always one.
+    pub noisy: bool,
+    /// Time \[s\] by which the drive acts later than its rows say, zero or positive. To it is added
+    /// the parameter `delay`, which is searched if [`Joint::start`](super::Joint::start) says
+    /// something of it.
+    pub delay: f64,
     /// External torque that loads the gear [N m], positive along v > 0, if one was measured.
     pub external_torque: Option<&'a [f64]>,
     /// Where the drive is enabled: elsewhere the motor is open, without torque or back-EMF.
@@ -67,8 +72,8 @@ pub struct DriveLogParameters<'a> {
 }
 
 impl<'a> DriveLogParameters<'a> {
-    /// Columns of time, position and drive, of a drive that is enabled throughout and linear
-    /// between rows.
+    /// Columns of time, position and drive, of a drive that was measured without delay, is enabled
+    /// throughout and linear between rows.
     pub fn new(time: &'a [f64], position: &'a [f64], drive: Drive<'a>) -> Self {
         Self {
             time,
@@ -76,6 +81,8 @@ impl<'a> DriveLogParameters<'a> {
             velocity: None,
             drive,
             held: false,
+            noisy: true,
+            delay: 0.0,
             external_torque: None,
             enabled: None,
             load: KnownLoad::default(),
@@ -121,6 +128,8 @@ pub struct DriveLog {
     pub(super) drive: Vec<f64>,
     pub(super) source: Source,
     pub(super) held: bool,
+    pub(super) noisy: bool,
+    pub(super) delay: f64,
     pub(super) external: Vec<f64>,
     pub(super) enabled: Vec<bool>,
     pub(super) load: KnownLoad,
@@ -146,7 +155,8 @@ impl DriveLog {
     /// 20 rows. Every number must be finite, the time increasing and the supply positive. Refuses
     /// a position that never changes.
     pub fn new(parameters: DriveLogParameters<'_>) -> Result<Self, LogError> {
-        let DriveLogParameters { velocity, held, external_torque, enabled, load, .. } = parameters;
+        let DriveLogParameters { velocity, external_torque, enabled, load, .. } = parameters;
+        let DriveLogParameters { held, noisy, delay, .. } = parameters;
         let time = times(parameters.time)?;
         let rows = time.len();
         let finite = |name, values| column(name, values, rows, Named::finite);
@@ -162,6 +172,7 @@ impl DriveLog {
         };
         let external = external_torque.map(|u| finite("external_torque", u)).transpose()?;
         length("enabled", enabled.map_or(rows, <[_]>::len), rows)?;
+        Named("delay", delay).non_negative()?;
         Named("load.inertia", load.inertia).non_negative()?;
         Named("load.gravity_torque", load.gravity_torque).finite()?;
         Ok(Self {
@@ -169,10 +180,12 @@ impl DriveLog {
             velocity: velocity.map(|v| finite("velocity", v)).transpose()?,
             external: external.unwrap_or_else(|| vec![0.0; rows]),
             enabled: enabled.map_or_else(|| vec![true; rows], <[_]>::to_vec),
+            noisy: noisy && !matches!(source, Source::Duty { .. }),
             time,
             drive,
             source,
             held,
+            delay,
             load,
         })
     }
@@ -231,21 +244,32 @@ impl DriveLog {
         pieces
     }
 
-    /// Duty of the controller at a row and a position, without its limits. Zero for other drives.
-    pub(super) fn unlimited_duty(&self, row: usize) -> f64 {
-        let (Some(goal), Some(x)) = (self.drive.get(row), self.position.get(row)) else {
-            return 0.0;
-        };
-        if let Source::Duty { gain, .. } = self.source { gain * (goal - x) } else { 0.0 }
+    /// Time from a row to the middle of its drive's effect \[s\].
+    pub(super) fn lag(&self) -> f64 {
+        self.delay + if self.held { 0.5 * self.usual_step() } else { 0.0 }
     }
 
-    /// Torque, current or voltage of the drive at a row, at the measured position; zero where it is
-    /// not enabled.
-    pub(super) fn effort(&self, row: usize) -> f64 {
+    /// Duty of the controller by the goal of a row, where it acts and without its limits. Zero for
+    /// other drives.
+    fn unlimited_duty(&self, row: usize, lag: f64) -> f64 {
+        let (Source::Duty { gain, .. }, Some(goal)) = (&self.source, self.drive.get(row)) else {
+            return 0.0;
+        };
+        let time = self.time.get(row).copied().unwrap_or(0.0) + lag;
+        let next = self.time.partition_point(|&t| t <= time).clamp(1, self.time.len() - 1);
+        let at = |column: &[f64], row: usize| column.get(row).copied().unwrap_or(0.0);
+        let [[s, t], [x, y]] =
+            [&self.time, &self.position].map(|column| [at(column, next - 1), at(column, next)]);
+        gain * (goal - x - (y - x) * ((time - s) / (t - s)).min(1.0))
+    }
+
+    /// Torque, current or voltage of the drive by a row, at the measured position where it acts;
+    /// zero where it is not enabled.
+    pub(super) fn effort(&self, row: usize, lag: f64) -> f64 {
         let value = match &self.source {
             Source::Duty { supply, .. } => {
                 let supply = supply.get(row).copied().unwrap_or(0.0);
-                supply * self.unlimited_duty(row).clamp(-1.0, 1.0)
+                supply * self.unlimited_duty(row, lag).clamp(-1.0, 1.0)
             }
             _ => self.drive.get(row).copied().unwrap_or(0.0),
         };
@@ -255,6 +279,6 @@ impl DriveLog {
     /// Whether the controller is at its limit wherever it is enabled.
     pub(super) fn is_saturated(&self) -> bool {
         let mut on = self.enabled.iter().enumerate().filter(|(_, on)| **on).peekable();
-        on.peek().is_some() && on.all(|(row, _)| self.unlimited_duty(row).abs() >= 1.0)
+        on.peek().is_some() && on.all(|(row, _)| self.unlimited_duty(row, 0.0).abs() >= 1.0)
     }
 }

@@ -94,6 +94,7 @@
 //! |---|---|---|
 //! | `inertia` | `GearedJointParameters::inertia` | always |
 //! | `drag` | `GearFrictionParameters::drag` | always |
+//! | `delay` \[s\] | not there: [`DriveLogParameters::delay`] | [`Joint::start`] |
 //! | `torque_constant`, `resistance` | those of `VoltageMotorParameters` | [`Drive`] |
 //! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not there | [`Drive::Duty`] |
 //! | `offset_torque`, `spring_rate` | not there | [`Term::Constant`], [`Term::Spring`] |
@@ -104,6 +105,7 @@
 //! | `external_load_factor` | `TorqueLoadParameters::external_share` · μ_d | [`Friction::loaded`] |
 //! | `breakaway_excess` | μ_s/μ_d − 1 | Stribeck, FrBD, LuGre |
 //! | `stribeck_velocity` | `StribeckParameters::stribeck_velocity` | Stribeck, FrBD, LuGre |
+//! | `stribeck_exponent` | `StribeckParameters::stribeck_exponent`: 2, unless known, or started elsewhere | Stribeck, FrBD, LuGre |
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
 //! | `micro_stiffness` | σ0 of the bristle, over μ_d, at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
 //! | `micro_damping` | σ1 of the bristle, over μ_d, likewise | FrBD, LuGre |
@@ -139,7 +141,7 @@
 //!
 //! Noise of a measured drive would load and unload the gear in every step, and a sliding bristle
 //! slips back with each fall of its load. The gear is therefore loaded by the smoothed drive,
-//! unless the drive is a command ([`DriveLogParameters::held`]).
+//! unless the drive is a command ([`DriveLogParameters::noisy`]).
 //!
 //! # Limits
 //!
@@ -149,10 +151,12 @@
 
 mod compare;
 mod criteria;
+mod expected;
 mod fit;
 mod friction;
 mod joint;
 mod judge;
+mod ladder;
 mod log;
 mod plant;
 mod report;
@@ -165,4 +169,4 @@ pub use fit::{Progress, Settings, fit_joint};
 pub use friction::Friction;
 pub use joint::{Joint, OwnTerm, Term};
 pub use log::{Drive, DriveLog, DriveLogParameters, KnownLoad};
-pub use report::{GroupScores, JointFit, JointModel, Score, Scores};
+pub use report::{ExpectedError, GroupScores, JointFit, JointModel, Score, Scores};

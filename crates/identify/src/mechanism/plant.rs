@@ -31,6 +31,8 @@ pub(super) struct Plant<'a, T: Scalar> {
     gain: T,
     /// γ of the duty, if it is not one.
     exponent: Option<T>,
+    /// Delay of the drive that is searched, beside that of the log \[s\].
+    delay: Option<T>,
     terms: Vec<T>,
     /// The friction at the beginning.
     pub(super) gear: Gear<T>,
@@ -55,6 +57,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
             constant,
             gain: value("resistance").map_or(constant, |resistance| constant / resistance),
             exponent: value("duty_exponent"),
+            delay: value("delay"),
             terms: names.map(|name| value(name).unwrap_or_else(T::nan)).collect(),
             gear: GearFriction::new(model.friction.gear(value, model.fastest)?)?,
         })
@@ -79,23 +82,23 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// torque of it that loads the gear: that of a measured drive is smoothed. Its noise would load
     /// and unload the gear in every step, and let a bristle at its limit slip.
     #[inline]
-    fn motor(&self, row: usize, share: f64, x: T, v: T) -> (Torque<T>, T) {
+    fn motor(&self, row: usize, [share, half]: [f64; 2], x: T, v: T) -> (Torque<T>, T) {
         let (log, zero) = (self.log, T::zero());
         if !log.enabled.get(row).copied().unwrap_or(false) {
             return ([zero; 3], zero);
         }
-        let at = |values| lit::<T>(between(values, row, if log.held { 0.0 } else { share }));
-        let drive = at(&log.drive);
+        let drive = self.drive(row, share, half);
         let Source::Duty { gain, supply } = &log.source else {
             let torque = self.driven(drive, zero, v);
-            let measured = self.rows.get(row).zip(self.rows.get(row + 1)).filter(|_| !log.held);
+            let measured = self.rows.get(row).zip(self.rows.get(row + 1)).filter(|_| log.noisy);
             let loading = measured.map_or(torque[0], |(here, next)| {
-                let effort = here.effort + share * (next.effort - here.effort);
-                self.driven(lit(effort), zero, v)[0]
+                let [here, next] = [here, next].map(|row| self.effort(row));
+                self.driven(here + lit::<T>(share) * (next - here), zero, v)[0]
             });
             return (torque, loading);
         };
-        let (supply, gain) = (at(supply), lit::<T>(*gain));
+        let volts = between(supply, row, if log.held { 0.0 } else { share });
+        let (supply, gain) = (lit::<T>(volts), lit::<T>(*gain));
         let duty = gain * (drive - x);
         let torque = if duty.abs() < T::one() {
             let (share, slope) = self.effective(duty);
@@ -104,6 +107,39 @@ impl<'a, T: Scalar> Plant<'a, T> {
             self.driven(supply * duty.signum(), zero, v)
         };
         (torque, torque[0])
+    }
+
+    /// The column of the drive as it acts at a share of the time between a row and the next, the
+    /// mean over so many shares to both sides.
+    #[inline]
+    fn drive(&self, row: usize, share: f64, half: f64) -> T {
+        let log = self.log;
+        if self.delay.is_none() && log.delay == 0.0 {
+            return lit(between(&log.drive, row, if log.held { 0.0 } else { share }));
+        }
+        let duration = self.duration(row);
+        let delay = self.delay.unwrap_or_else(T::zero) + lit(log.delay);
+        let half = lit::<T>(if log.held { half * duration } else { 0.0 });
+        let middle = lit::<T>(self.time(row) + share * duration) - delay;
+        let mut from = row;
+        while from > 0 && lit::<T>(self.time(from)) > middle - half {
+            from -= 1;
+        }
+        let [here, next] = [from, from + 1].map(|row| lit::<T>(self.time(row)));
+        let part = if log.held {
+            (middle + half - next) / (half + half)
+        } else {
+            (middle - here) / (next - here)
+        };
+        let [one, other] = [0.0, 1.0].map(|share| lit::<T>(between(&log.drive, from, share)));
+        one + (other - one) * within(part, T::zero(), T::one())
+    }
+
+    /// The smoothed drive as it acts at a row.
+    #[inline]
+    fn effort(&self, row: &Smoothed) -> T {
+        let [a, b, c, _] = row.effort.map(lit::<T>);
+        self.delay.map_or(a, |delay| a - delay * (b - delay * c))
     }
 
     /// sgn(d) |d|^γ of the duty d, and its slope; rounded off at a thousandth.
@@ -151,12 +187,13 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// Motor torque and external torque of a smoothed row.
     pub(super) fn measured(&self, row: &Smoothed) -> GearTorques<T> {
         let (x, v): (T, T) = (lit(row.position), lit(row.velocity));
+        let effort = self.effort(row);
         let effort = match (&self.log.source, row.supply > 0.0) {
             (Source::Duty { .. }, true) => {
                 let supply = lit::<T>(row.supply);
-                supply * self.effective(lit::<T>(row.effort) / supply).0
+                supply * self.effective(effort / supply).0
             }
-            _ => lit(row.effort),
+            _ => effort,
         };
         let motor = match self.log.source {
             Source::Torque => effort,
@@ -229,9 +266,10 @@ impl<'a, T: Scalar> Plant<'a, T> {
             ..JointInputValue::constant(value)
         };
         for number in 0..steps {
-            let share = (f64::from(number) + 0.5) / f64::from(steps);
+            let half = 0.5 / f64::from(steps);
+            let share = f64::from(number) / f64::from(steps) + half;
             let torques = |JointMotion { angle: x, velocity: v, .. }| {
-                let (motor, loading) = self.motor(row, share, x, v);
+                let (motor, loading) = self.motor(row, [share, half], x, v);
                 let external = self.external(between(&self.log.external, row, share), x, v);
                 let loading = GearTorques { motor: loading, external: external[0] };
                 JointTorques { motor: value(motor), external: value(external), loading }

@@ -42,6 +42,16 @@ pub struct Scores {
     pub simulated: Score,
 }
 
+/// What a length of the segments leads one to expect of the standard errors, see
+/// [`JointFit::expected`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedError {
+    /// Length of the segments \[s\], infinite for whole logs.
+    pub length: f64,
+    /// Geometric mean of the expected errors of all parameters over that of the best length \[–\].
+    pub ratio: f64,
+}
+
 /// Errors on a group of logs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupScores {
@@ -62,14 +72,24 @@ pub struct JointFit {
     /// Length of the segments \[s\] that were fitted last; infinite for whole logs, zero for the
     /// inverse criterion.
     pub horizon: f64,
+    /// Lengths of the last segments that were compared, by the errors of the parameters which the
+    /// noise of drive and position leads one to expect: the longest one that is nearly the best was
+    /// fitted. Empty where the lengths were given, or no drive is noisy: the last ones are then
+    /// whole logs.
+    pub expected: Vec<ExpectedError>,
     /// Length of the segments of the reported criterion \[s\].
     pub segment: f64,
     /// Errors on the logs that were fitted.
     pub fitted: GroupScores,
     /// Errors on the logs held out.
     pub held_out: Option<GroupScores>,
-    /// Runs with derivatives.
+    /// Runs with derivatives, of all starts.
     pub gradient_runs: usize,
+    /// Most runs: [`Settings::gradient_runs`](super::Settings::gradient_runs).
+    pub run_limit: usize,
+    /// The simpler candidate from whose result the search has ended best; none if that was from the
+    /// logs.
+    pub origin: Option<Friction>,
     pub(super) model: Model,
 }
 
@@ -228,7 +248,22 @@ impl fmt::Display for JointFit {
             0.0 => write!(f, "fitted: torques")?,
             _ => write!(f, "fitted: positions over segments of {:.3} s", Number(self.horizon))?,
         }
-        writeln!(f, ", {} runs with derivatives", self.gradient_runs)?;
+        let Self { gradient_runs, run_limit, .. } = self;
+        write!(f, ", {gradient_runs} runs with derivatives of at most {run_limit}, best ")?;
+        match self.origin {
+            Some(simpler) => writeln!(f, "from the result of {simpler}")?,
+            None => writeln!(f, "from the logs")?,
+        }
+        if !self.expected.is_empty() {
+            write!(f, "by the noise of drive and position, relative standard errors over")?;
+            for ExpectedError { length, ratio } in &self.expected {
+                match length {
+                    &f64::INFINITY => write!(f, " whole logs {:.3},", Number(*ratio))?,
+                    _ => write!(f, " {:.3} s {:.3},", Number(*length), Number(*ratio))?,
+                }
+            }
+            writeln!(f, " the longest that is nearly the least is fitted")?;
+        }
         let segment = Number(self.segment);
         write!(f, "rmse (mean size)  torque [N m]       {segment:.3} s [rad] ")?;
         writeln!(f, "    whole logs [rad]")?;

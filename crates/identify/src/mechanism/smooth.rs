@@ -31,8 +31,9 @@ pub(super) struct Smoothed {
     pub(super) position: f64,
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
-    /// Torque, current or voltage of the drive.
-    pub(super) effort: f64,
+    /// Torque, current or voltage of the drive that acts at the row: the coefficients of its cubic
+    /// in time. Those of a controller but the first are zero: a part of them is its motion.
+    pub(super) effort: [f64; 4],
     /// Share of the window in which it is enabled.
     pub(super) enabled: f64,
     pub(super) external: f64,
@@ -69,7 +70,7 @@ fn window(log: &DriveLog) -> f64 {
 
 /// Smooths every row of a log within the pieces between gaps.
 pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
-    let width = window(log);
+    let (width, lag) = (window(log), log.lag());
     let mut rows = Vec::with_capacity(log.time.len());
     let column = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
     for piece in log.pieces() {
@@ -77,7 +78,13 @@ pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
         for (row, &time) in piece.clone().zip(times) {
             let from = piece.start + times.partition_point(|&t| t < time - width);
             let to = piece.start + times.partition_point(|&t| t <= time + width);
-            let fitted = Cubic::new(from..to, row, width, &log.time);
+            let fitted = Cubic::new(from..to, time, width, &log.time);
+            // The drive acts later than its rows say.
+            let centre = (time - lag).max(times.first().copied().unwrap_or(0.0));
+            let from = piece.start + times.partition_point(|&t| t < centre - width);
+            let to = piece.start + times.partition_point(|&t| t <= centre + width);
+            let effort = Cubic::new(from..to, centre, width, &log.time);
+            let effort = effort.at(&|i| log.effort(i, lag));
             let position = fitted.at(&|i| column(&log.position, i));
             let (velocity, acceleration) = match &log.velocity {
                 Some(velocity) => {
@@ -91,7 +98,10 @@ pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
                 position: position[0],
                 velocity,
                 acceleration,
-                effort: fitted.at(&|i| log.effort(i))[0],
+                effort: match log.source {
+                    Source::Duty { .. } => [effort[0], 0.0, 0.0, 0.0],
+                    _ => effort,
+                },
                 enabled: fitted.at(&enabled)[0],
                 external: fitted.at(&|i| column(&log.external, i))[0],
                 supply: match &log.source {
@@ -117,8 +127,7 @@ fn powers(u: f64) -> Vector4<f64> {
 }
 
 impl Cubic {
-    fn new(range: core::ops::Range<usize>, row: usize, width: f64, time: &[f64]) -> Self {
-        let centre = time.get(row).copied().unwrap_or(0.0);
+    fn new(range: core::ops::Range<usize>, centre: f64, width: f64, time: &[f64]) -> Self {
         let rows: Vec<_> = range
             .filter_map(|i| {
                 let u = (time.get(i)? - centre) / width;

@@ -23,6 +23,8 @@ pub(super) struct Guess {
     pub(super) resistance: Option<f64>,
     /// Whether the exponent of the duty is searched.
     pub(super) duty_exponent: bool,
+    /// Time from row to row \[s\], if a delay is searched.
+    pub(super) delay: Option<f64>,
     /// Those of the terms, in their order.
     pub(super) terms: Vec<f64>,
     /// Largest torque of the motor.
@@ -37,10 +39,10 @@ pub(super) struct Guess {
 /// The motor torque of a smoothed row.
 fn motor(log: &DriveLog, row: &Smoothed, constant: f64, resistance: f64) -> f64 {
     match log.source {
-        Source::Torque => row.effort,
-        Source::Current => constant * row.effort,
+        Source::Torque => row.effort[0],
+        Source::Current => constant * row.effort[0],
         Source::Voltage | Source::Duty { .. } => {
-            constant * (row.effort - row.enabled * constant * row.velocity) / resistance
+            constant * (row.effort[0] - row.enabled * constant * row.velocity) / resistance
         }
     }
 }
@@ -80,13 +82,11 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
     Named("the largest torque of the drives", size).positive()?;
 
     let equation = Equation::new(joint);
-    let mut triangle = Triangle::new(equation.width());
-    for (log, row) in rows().filter(|(_, row)| row.velocity.abs() >= 0.1 * speed) {
-        let (mut entries, right) = equation.row(log, row, motor(log, row, k, r));
-        triangle.push(&mut entries, right);
-    }
-    Named("rows that move", triangle.rows).count(equation.width() + 1)?;
-    let ([inertia, drag, coulomb], terms) = equation.solve(&triangle);
+    let moving: Vec<_> = (rows().filter(|(_, row)| row.velocity.abs() >= 0.1 * speed))
+        .map(|(log, row)| equation.row(log, row, motor(log, row, k, r)))
+        .collect();
+    Named("rows that move", moving.len()).count(equation.width() + 1)?;
+    let ([inertia, drag, coulomb], terms) = equation.best(&moving);
     // Of a drive with the wrong sign, inertia and friction both come out negative.
     let rule = "be positive: does the drive have the sign of the position, and both SI units?";
     let loads = logs.iter().map(|one| one.log.load.inertia).sum::<f64>() / logs.len().max(1) as f64;
@@ -100,6 +100,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
         resistance,
         duty_exponent: joint.given("duty_exponent").is_some()
             && any(|source| matches!(source, Source::Duty { .. })),
+        delay: joint.given("delay").map(|_| largest(DriveLog::usual_step)),
         terms,
         torque: size,
         range: span,
@@ -108,14 +109,29 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
     })
 }
 
-/// The equation of motion with columns for inertia, drag and Coulomb friction, and two for each
-/// term.
+/// A row of the equation without gravity.
+struct Row {
+    entries: DVector<f64>,
+    right: f64,
+    position: f64,
+    /// Gravity that is known [N m].
+    gravity: f64,
+}
+
+/// The equation of motion with columns for inertia, drag and Coulomb friction, and one for each
+/// term, at a hanging angle.
 struct Equation<'a> {
     terms: &'a [Term],
     /// Inertia, drag and Coulomb torque, where they are known.
     known: [Option<f64>; 3],
     gravity: Option<f64>,
+    hanging: Option<f64>,
 }
+
+/// Hanging angles that are tried, around the circle: every 10°.
+const ANGLES: usize = 36;
+/// Halvings of 10° about the best of them, down to a ten-thousandth of a radian.
+const HALVINGS: usize = 11;
 
 impl<'a> Equation<'a> {
     fn new(joint: &'a Joint) -> Self {
@@ -125,65 +141,96 @@ impl<'a> Equation<'a> {
             terms: &joint.terms,
             known: ["inertia", "drag", "coulomb_torque"].map(known),
             gravity: known("gravity_torque"),
+            hanging: known("hanging_angle"),
         }
     }
 
     fn width(&self) -> usize {
-        3 + 2 * self.terms.len()
+        3 + self.terms.len()
     }
 
-    /// Left and right side of a row.
-    fn row(&self, log: &DriveLog, row: &Smoothed, motor: f64) -> (DVector<f64>, f64) {
-        let &Smoothed { position: x, velocity: v, acceleration, external, .. } = row;
+    /// The least squares over all hanging angles: gravity of a load that is known may exceed that
+    /// of the link by far, so that no equation that is linear in both tells the angle.
+    fn best(&self, rows: &[Row]) -> ([f64; 3], Vec<f64>) {
+        let has_gravity = self.terms.iter().any(|term| matches!(term, Term::Gravity));
+        let mut angle = self.hanging.unwrap_or(0.0);
+        if has_gravity && self.hanging.is_none() {
+            let mut step = core::f64::consts::TAU / ANGLES as f64;
+            let squares = |angle: f64| self.solve(rows, angle).0;
+            let mut least = (f64::INFINITY, angle);
+            let mut attempt = |angle: f64| {
+                let reached = squares(angle);
+                if reached < least.0 {
+                    least = (reached, angle);
+                }
+                least.1
+            };
+            for i in 0..ANGLES {
+                angle = attempt((i as f64 - 0.5 * (ANGLES - 2) as f64) * step);
+            }
+            for _ in 0..HALVINGS {
+                step *= 0.5;
+                let middle = angle;
+                attempt(middle - step);
+                angle = attempt(middle + step);
+            }
+        }
+        let (_, found) = self.solve(rows, angle);
+        let first = core::array::from_fn(|i| self.known[i].unwrap_or(found[i]));
+        let terms = self.terms.iter().zip(found.iter().skip(3)).flat_map(|(term, &value)| {
+            let gravity = [self.gravity.unwrap_or(value), angle];
+            let found = if let Term::Gravity = term { gravity } else { [value, 0.0] };
+            found.into_iter().take(term.names().len())
+        });
+        (first, terms.collect())
+    }
+
+    /// What remains of all rows at a hanging angle [(N m)²], and the values of the columns. The
+    /// link's own gravity pulls down.
+    fn solve(&self, rows: &[Row], hanging: f64) -> (f64, DVector<f64>) {
+        let (mut triangle, mut squares) = (Triangle::new(self.width()), 0.0);
+        let gravity = self.terms.iter().position(|term| matches!(term, Term::Gravity));
+        for row in rows {
+            let (mut entries, mut right) = (row.entries.clone(), row.right);
+            if let Some(place) = gravity {
+                let sin = (row.position - hanging).sin();
+                right -= row.gravity * sin;
+                entries[3 + place] = if self.gravity.is_some() { 0.0 } else { sin };
+            }
+            triangle.push(&mut entries, right);
+            squares += right * right;
+        }
+        let mut free = vec![true; self.width()];
+        for (free, known) in free.iter_mut().zip(&self.known) {
+            *free = known.is_none();
+        }
+        let diagonal = triangle.column_norms() * 1e-6;
+        let mut found = triangle.damped(&diagonal, &free);
+        if let Some(place) = gravity.filter(|place| found[3 + place] < 0.0) {
+            free[3 + place] = false;
+            found = triangle.damped(&diagonal, &free);
+        }
+        let explained = 2.0 * found.dot(&triangle.gradient()) - triangle.image_squared(&found);
+        (squares - explained, found)
+    }
+
+    fn row(&self, log: &DriveLog, row: &Smoothed, motor: f64) -> Row {
+        let &Smoothed { position, velocity, acceleration, external, .. } = row;
         let mut entries = DVector::zeros(self.width());
-        let first = [acceleration, v, v.signum()];
         let mut right = motor + external - log.load.inertia * acceleration;
+        let first = [acceleration, velocity, velocity.signum()];
         for (i, (entry, known)) in first.into_iter().zip(self.known).enumerate() {
             match known {
                 Some(value) => right -= value * entry,
                 None => entries[i] = entry,
             }
         }
-        for (i, term) in self.terms.iter().enumerate() {
-            let (column, (sin, cos)) = (3 + 2 * i, x.sin_cos());
-            let ours = log.load.gravity_torque;
-            let pair = match (term, self.gravity) {
-                (Term::Constant, _) => [-1.0, 0.0],
-                (Term::Spring, _) => [x, 0.0],
-                // −(G + G_log) sin(x − x0) with both known: about small x0.
-                (Term::Gravity, Some(gravity)) => {
-                    right -= (gravity + ours) * sin;
-                    [0.0, -(gravity + ours) * cos]
-                }
-                (Term::Gravity, None) => {
-                    right -= ours * sin;
-                    [sin, -cos]
-                }
-                (Term::Own(_), _) => [-term.torque(&[1.0], 0.0, x, v)[0], 0.0],
-            };
-            (entries[column], entries[column + 1]) = (pair[0], pair[1]);
+        for (i, term) in (3..).zip(self.terms) {
+            if !matches!(term, Term::Gravity) {
+                entries[i] = -term.torque(&[1.0], 0.0, position, velocity)[0];
+            }
         }
-        (entries, right)
-    }
-
-    /// Inertia, drag and Coulomb torque, and the parameters of the terms.
-    fn solve(&self, triangle: &Triangle) -> ([f64; 3], Vec<f64>) {
-        let mut free = vec![true; self.width()];
-        for (free, known) in free.iter_mut().zip(&self.known) {
-            *free = known.is_none();
-        }
-        let found = triangle.damped(&(triangle.column_norms() * 1e-6), &free);
-        let at = |i: usize| found.get(i).copied().unwrap_or(0.0);
-        let first = core::array::from_fn(|i| self.known[i].unwrap_or_else(|| at(i)));
-        let terms = self.terms.iter().enumerate().flat_map(|(i, term)| {
-            let pair = [at(3 + 2 * i), at(4 + 2 * i)];
-            let found = match (term, self.gravity) {
-                (Term::Gravity, Some(gravity)) => [gravity, pair[1]],
-                (Term::Gravity, None) => [pair[0].hypot(pair[1]), pair[1].atan2(pair[0])],
-                _ => pair,
-            };
-            found.into_iter().take(term.names().len())
-        });
-        (first, terms.collect())
+        let gravity = self.gravity.unwrap_or(0.0) + log.load.gravity_torque;
+        Row { entries, right, position, gravity }
     }
 }
