@@ -54,7 +54,8 @@ fn noisier(log: &DriveLog, most: f64, draw: &mut Draw) -> DriveLog {
 }
 
 /// Expected errors of the search variables at the starts of the parameters, if the sensitivities
-/// are finite and nothing stops in between, from so many draws. Noise of the position is at most of a size.
+/// are finite and nothing stops in between, from so many draws. Noise of the position is at most of
+/// a size.
 fn expected(
     errors: &Errors<'_>,
     parameters: &[Parameter],
