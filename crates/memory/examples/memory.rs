@@ -124,7 +124,7 @@ fn loops(ratio: f64, table: &mut Csv) -> bristle_charts::Result<Panel> {
     let [forgets, remembers] = [along(&dahl()?, &path), along(&slip(even::<10>(), ratio)?, &path)];
     enter(table, "loops", "dahl", &forgets)?;
     enter(table, "loops", "ten_elements", &remembers)?;
-    Ok(Panel::new("displacement x (µm)", "force over normal force (–)")
+    Ok(Panel::new("displacement x (µm)", "force over load F/p (–)")
         .title("Loops within loops")
         .line("Dahl", Colour::Vermilion.dashed(), forgets)
         .line("ten elements", Colour::Blue, remembers)
@@ -153,7 +153,7 @@ fn drift(ratio: f64, cycles: usize, table: &mut Csv) -> bristle_charts::Result<P
         (&label, Colour::Blue.into(), along(&near, &path), along(&near, &once)),
         ("ten sharp", Colour::Black.dotted(), sharply(&near, &path), sharply(&near, &once)),
     ];
-    let mut panel = Panel::new("loops 80 → 60 → 80 µm", "force over normal force at 80 µm (–)")
+    let mut panel = Panel::new("loops 80 → 60 → 80 µm", "F/p at 80 µm (–)")
         .title("Small loops about a load")
         .y_range(0.0..=0.8)
         .own_legend();
@@ -201,7 +201,7 @@ fn damping(ratio: f64, table: &mut Csv) -> bristle_charts::Result<Panel> {
     };
     let exact: Points = amplitudes.iter().map(|&x| (x, law(x))).collect();
     enter(table, "damping", "power law", &exact)?;
-    let mut panel = Panel::new("amplitude X (µm)", "work lost in a cycle over normal force (m)")
+    let mut panel = Panel::new("amplitude X (µm)", "work lost a cycle, over p (m)")
         .title("A bolted joint")
         .log_x()
         .log_y()
@@ -270,7 +270,7 @@ fn cost(table: &mut Csv) -> bristle_charts::Result<Panel> {
         println!("{count:8}   {times:5.1}");
     }
     enter(table, "cost", "companion step", &points)?;
-    Ok(Panel::new("elements N", "time of a companion step over FrBD's (–)")
+    Ok(Panel::new("elements N", "time of a step, FrBD = 1 (–)")
         .title("Cost")
         .y_range(0.0..=points.iter().fold(1.0, |most, it| it.1.max(most)) * 1.1)
         .marked_line("", Colour::Blue, Colour::Blue, points))
