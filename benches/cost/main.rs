@@ -1,6 +1,7 @@
-//! What one evaluation and one step cost, beside one exponential: `cargo bench --bench cost`.
+//! What one evaluation and one step cost, beside one exponential:
+//! `cargo bench -p bristle --bench cost`.
 //! Contacts of several axes, models chosen at run time and bristles of several springs are compared
-//! with their plain counterparts by `cargo bench --bench ratios`.
+//! with their plain counterparts by `cargo bench -p bristle-all --bench ratios`.
 //!
 //! Every measured piece of work waits for the result of the one before, as it does in a simulation
 //! or a control loop, and so does the exponential it is compared with. Read the ratios to `exp`

@@ -149,6 +149,7 @@ impl<T: Scalar> ElementBounds<T> {
 ///
 /// It takes three methods. Claims in [`ElementBounds`] are taken on trust; if a range is not known,
 /// give zero to infinity, and `false` for what is not certain: laws that need it are then refused.
+/// The paper's σ0(v) and σ1(v) are written so, each with its slope; here σ1(v):
 ///
 /// ```
 /// use bristle::rheology::{ElementBounds, Elements, Rheology};

@@ -155,7 +155,7 @@ fn finite_differences_stand_in_for_a_jacobian() {
 // ---------------------------------------------------------------------------------------------
 // The default
 
-/// Position at t = 25 s, of the stick-slip rig with either model; see `ode_accuracy`.
+/// Position at t = 25 s, of the stick-slip rig with either model; see `accuracy.rs`.
 const FRBD: f64 = 2.231_433_760_84;
 const LUGRE: f64 = 2.234_089_300_2;
 

@@ -1,4 +1,5 @@
-//! Ratios of costs, measured in turns within one run: `cargo bench --bench ratios`.
+//! Ratios of costs, measured in turns within one run:
+//! `cargo bench -p bristle-all --bench ratios`.
 //!
 //! Contacts of N axes beside the scalar contact, sliding along the diagonal at its speed; models
 //! and curves chosen at run time beside their own types; bristles of several springs beside that of

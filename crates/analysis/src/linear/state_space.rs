@@ -2,10 +2,9 @@
 //!
 //! ẋ = A x + B u,  y = C x + D u,  G(s) = C (sI − A)⁻¹ B + D
 //!
-//! Poles are the eigenvalues of A. Zeros are the eigenvalues of the system whose input keeps y = 0.
-//! With D ≠ 0 that input is u = −C x/D, and the zeros are the eigenvalues of A − B C/D.
+//! Poles are the eigenvalues of A.
 //!
-//! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980), section 2.5, for zeros by inversion.
+//! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980).
 
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError, Rule};
