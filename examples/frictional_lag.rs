@@ -97,7 +97,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
 ) -> Result<Vec<Row>, Box<dyn Error>> {
     let velocity = SineParameters { mean: MEAN, amplitude: AMPLITUDE, frequency, phase: 0.0 };
     let scene = PrescribedVelocity::new(model.under_load(1.0)?, Sine::new(velocity)?);
-    let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, scene.scales())?);
+    let solver = Solver::checked(DormandPrince, Tolerances::scaled(rtol, scene.scales())?);
     let before = solver.solve(&scene, 0.0..SETTLED, scene.stationary(0.0), Output::Uniform(2))?;
     let span = SETTLED..SETTLED + PERIODS as f64 / frequency;
     let trajectory = solver.solve(&scene, span, before.states()[1], Output::Uniform(samples))?;

@@ -123,7 +123,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     for frequency in LAG_FREQUENCIES {
         let velocity = sine(0.0055, 0.005, frequency)?;
         let scene = PrescribedVelocity::new(contact()?, velocity);
-        let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, scene.scales())?);
+        let solver = Solver::checked(DormandPrince8, Tolerances::scaled(rtol, scene.scales())?);
         // After whole periods in which it settles: a disturbance of FrBD fades with 32 1/s.
         let settled = solver.solve(&scene, 0.0..1.0, scene.stationary(0.0), Output::Uniform(2))?;
         let start = settled.states()[1];
@@ -135,7 +135,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     }
 
     let rig = MassSpringDamper::new(paper::stick_slip_rig(contact()?))?;
-    let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, rig.scales())?);
+    let solver = Solver::checked(DormandPrince8, Tolerances::scaled(rtol, rig.scales())?);
     let slips = |_: f64, state: &Vector3<f64>| state[1] - paper::STICK_SLIP_CURVE.stribeck_velocity;
     let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];
     let output = Output::Uniform(samples);
@@ -159,7 +159,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
         drive_velocity: 0.0,
         force,
     })?;
-    let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, scene.scales())?);
+    let solver = Solver::checked(DormandPrince8, Tolerances::scaled(rtol, scene.scales())?);
     let trajectory =
         solver.solve(&scene, 0.0..LOAD_CYCLES, scene.at_rest(), Output::Uniform(samples))?;
     let presliding =

@@ -108,7 +108,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
         drive_velocity: 0.0,
         force: Sine::new(force)?,
     })?;
-    let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, scene.scales())?);
+    let solver = Solver::checked(DormandPrince, Tolerances::scaled(rtol, scene.scales())?);
     let span = 0.0..PERIODS / frequency;
     let trajectory = solver.solve(&scene, span, scene.at_rest(), Output::Uniform(samples))?;
     let row = |(t, state): (f64, &nalgebra::Vector3<f64>)| {

@@ -103,7 +103,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     rtol: f64,
 ) -> Result<Run, Box<dyn Error>> {
     let rig = MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0)?))?;
-    let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, rig.scales())?);
+    let solver = Solver::checked(DormandPrince, Tolerances::scaled(rtol, rig.scales())?);
     // A slip begins where the speed passes the Stribeck velocity.
     let slips = |_: f64, state: &Vector3<f64>| state[1] - paper::STICK_SLIP_CURVE.stribeck_velocity;
     let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];

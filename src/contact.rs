@@ -552,7 +552,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// If your simulation computes its velocity from this force, use [`Contact::companion`], which
     /// is stable for any step, or keep h below the largest stable step of bristle-analysis
-    /// (`stability::largest_step`). For a free mass m without damper or spring the limit is the
+    /// (`step_limits::largest_step`). For a free mass m without damper or spring the limit is the
     /// smaller of 2σ1/σ0 and m/(σ1 P) \[s\]. A damper or spring changes it. Without any damping no
     /// step is stable. Beyond the limit a stuck mass slides under forces far below breakaway, with
     /// plausible numbers. The impulse on a mass is h times the mean force.

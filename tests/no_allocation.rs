@@ -41,10 +41,10 @@ fn allocations<M: Method<f64, 3>>(solver: &Solver<f64, M, 3>) -> (u64, Statistic
 fn a_streamed_run_allocates_nothing() {
     let tolerances = Tolerances::scaled(1e-6, rig().scales()).unwrap();
     let runs = [
-        allocations(&Solver::adaptive(DormandPrince, tolerances)),
-        allocations(&Solver::adaptive(DormandPrince8, tolerances)),
-        allocations(&Solver::adaptive_per_step(Rodas4, tolerances)),
-        allocations(&Solver::adaptive(Rodas5P, tolerances)),
+        allocations(&Solver::checked(DormandPrince, tolerances)),
+        allocations(&Solver::checked(DormandPrince8, tolerances)),
+        allocations(&Solver::adaptive(Rodas4, tolerances)),
+        allocations(&Solver::checked(Rodas5P, tolerances)),
         allocations(&Solver::automatic(1e-3, rig().scales()).unwrap()),
         allocations(&Solver::automatic(1e-7, rig().scales()).unwrap()),
     ];

@@ -100,7 +100,7 @@ where
 {
     let tolerances = Tolerances::scaled(tolerance, scene.scales);
     // As the peers take theirs. The error is measured.
-    run(tolerances.map(|tolerances| Solver::adaptive_per_step(method, tolerances)), scene)
+    run(tolerances.map(|tolerances| Solver::adaptive(method, tolerances)), scene)
 }
 
 fn fixed<S, M, const N: usize>(method: M, scene: &Scene<S, N>, step: f64) -> Run

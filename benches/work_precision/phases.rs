@@ -30,7 +30,7 @@ pub(crate) fn report() -> Result<(), Box<dyn Error>> {
     for method in [AnyMethod::DormandPrince8, AnyMethod::Rodas5P, AnyMethod::Automatic] {
         for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
             let tolerances = Tolerances::scaled(tolerance, rig.scales())?;
-            let solver = Solver::adaptive_per_step(method, tolerances);
+            let solver = Solver::adaptive(method, tolerances);
             let mut run = solver.begin(&rig, 0.0..100.0, rig.at_rest())?;
             let (mut counts, mut before, mut reversals) = ([0; NAMES.len()], 0, 0);
             let mut arrested = f64::NEG_INFINITY;

@@ -28,11 +28,11 @@ use crate::parameter::ParameterError;
 /// let method: AnyMethod = "rodas5p".parse()?;
 /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
 /// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
-/// let solver = Solver::adaptive(method, Tolerances::scaled(1e-6, rig.scales())?);
+/// let solver = Solver::checked(method, Tolerances::scaled(1e-6, rig.scales())?);
 /// assert!(solver.begin(&rig, 0.0..1.0, rig.at_rest()).is_ok());
 ///
 /// // Runge–Kutta 4 has no error estimate: it takes fixed steps only.
-/// let solver = Solver::adaptive(AnyMethod::RungeKutta4, Tolerances::scaled(1e-6, rig.scales())?);
+/// let solver = Solver::checked(AnyMethod::RungeKutta4, Tolerances::scaled(1e-6, rig.scales())?);
 /// assert!(solver.begin(&rig, 0.0..1.0, rig.at_rest()).is_err());
 /// # Ok::<(), bristle::Error>(())
 /// ```

@@ -46,7 +46,7 @@ pub enum StopReason {
     /// The errors of the steps have grown, as they do at breakaway, to more than the tolerances of
     /// the solution allow. [`Solver::solve`](super::Solver::solve) then starts again with tighter
     /// ones for its steps. A run that hands out its steps cannot: hold its steps to tolerances of
-    /// their own, by [`Solver::adaptive_per_step`](super::Solver::adaptive_per_step).
+    /// their own, by [`Solver::adaptive`](super::Solver::adaptive).
     #[error(
         "the estimated error of the solution is up to {:.1} times what the tolerances allow",
         .times + 0.05

@@ -38,7 +38,7 @@
 //! steps are four thousand times as tight as the tolerance, and it stops with
 //! [`StopReason::ErrorsGrow`] where that is not enough. Tolerances above 10⁻⁴ are met as 10⁻⁴ would
 //! be (by `Automatic` as 2·10⁻⁴), since coarser steps miss slips without notice.
-//! [`Solver::adaptive_per_step`] does none of this.
+//! [`Solver::adaptive`] does none of this.
 //!
 //! The estimate mostly exceeds the error, by a factor of ten. `docs/work-precision.md` says how far
 //! answers were off on drawn rigs and valves.

@@ -54,9 +54,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// [module](super). [`Solver::solve`] begins with looser steps, and repeats the run if needed.
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
-    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
+    pub fn checked(method: M, tolerances: Tolerances<T, N>) -> Self {
         let aim = tolerances.aim(method.tolerance_range());
-        Self { aim: Some(aim), ..Self::adaptive_per_step(method, tolerances.of_a_step(aim)) }
+        Self { aim: Some(aim), ..Self::adaptive(method, tolerances.of_a_step(aim)) }
     }
 
     /// The largest estimated error of the solution over the tolerances of a step, if it has one.
@@ -67,7 +67,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// Steps chosen so that the local error of each one meets the tolerances, as in a general ODE
     /// code. For scenes whose error you measure yourself: breakaway amplifies local errors, and
     /// with loose tolerances a slip comes late, or is missed without notice.
-    pub fn adaptive_per_step(method: M, tolerances: Tolerances<T, N>) -> Self {
+    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
         let (control, tolerances) = (StepControl::adaptive(), Some(tolerances));
         Self { method, control, tolerances, aim: None, locks: true }
@@ -198,7 +198,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// let bristle = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
     /// let friction = Dahl::new(bristle)?;
     /// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
-    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
+    /// let solver = Solver::checked(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
     /// let mut fastest = 0.0;
     /// let mut observer = |step: &Step<f64, 3>| {
     ///     fastest = f64::max(fastest, step.end()[1]);
@@ -251,7 +251,7 @@ impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
     /// positive.
     pub fn automatic(tolerance: T, scales: SVector<T, N>) -> Result<Self, ParameterError> {
         check("tolerance", tolerance)?;
-        Ok(Self::adaptive(Automatic, Tolerances::scaled(tolerance, scales)?))
+        Ok(Self::checked(Automatic, Tolerances::scaled(tolerance, scales)?))
     }
 }
 

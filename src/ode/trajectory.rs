@@ -94,7 +94,7 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
     /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
     /// let rig = MassSpringDamper::new(paper::stick_slip_rig(contact))?;
-    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
+    /// let solver = Solver::checked(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
     /// let motion = solver.solve(&rig, 0.0..9.0, rig.at_rest(), Output::Dense)?;
     /// let sticking = motion.at(1.0).unwrap();
     /// assert!(sticking[0] < 1e-4);

@@ -482,7 +482,7 @@ mod runs {
     {
         let contact = model.under_load(1.0).unwrap();
         let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
-        let solver = Solver::adaptive(method, Tolerances::scaled(rtol, rig.scales()).unwrap());
+        let solver = Solver::checked(method, Tolerances::scaled(rtol, rig.scales()).unwrap());
         let slips = |_: f64, state: &Vector3<f64>| state[1] - 0.01;
         let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];
         let trajectory = solver
@@ -527,7 +527,7 @@ mod runs {
         let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
         let off = |rtol: f64| {
             let tolerances = Tolerances::scaled(rtol, rig.scales()).unwrap();
-            let run = Solver::adaptive(DormandPrince8, tolerances)
+            let run = Solver::checked(DormandPrince8, tolerances)
                 .solve(&rig, 0.0..60.0, rig.at_rest(), Output::Uniform(1201))
                 .unwrap();
             wanted.iter().fold(0.0_f64, |worst, &(time, force)| {
@@ -552,7 +552,7 @@ mod runs {
                 sine(0.0055, 0.005, frequency),
             );
             let tolerances = Tolerances::scaled(1e-8, scene.scales()).unwrap();
-            let solver = Solver::adaptive(DormandPrince8, tolerances);
+            let solver = Solver::checked(DormandPrince8, tolerances);
             let span = 0.0..10.0 / frequency;
             let trajectory =
                 solver.solve(&scene, span, scene.stationary(0.0), Output::Uniform(5001)).unwrap();
@@ -584,7 +584,7 @@ mod runs {
             })
             .unwrap();
             let tolerances = Tolerances::scaled(1e-9, scene.scales()).unwrap();
-            let solver = Solver::adaptive(DormandPrince8, tolerances);
+            let solver = Solver::checked(DormandPrince8, tolerances);
             let trajectory =
                 solver.solve(&scene, 0.0..20.0, scene.at_rest(), Output::Uniform(3)).unwrap();
             [trajectory.states()[1][0], trajectory.states()[2][0]]
@@ -606,7 +606,7 @@ mod runs {
             MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0).unwrap())).unwrap();
         let breaks_away = |_: f64, state: &Vector3<f64>| model.stick_excess(state[1], state[2]);
         let events = [Event { function: &breaks_away, direction: Direction::Rising, stops: true }];
-        let solver = Solver::adaptive(Rodas5P, Tolerances::scaled(1e-8, rig.scales()).unwrap());
+        let solver = Solver::checked(Rodas5P, Tolerances::scaled(1e-8, rig.scales()).unwrap());
         let run = solver
             .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))
             .unwrap();

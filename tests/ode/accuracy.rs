@@ -31,7 +31,7 @@ fn at_25_seconds<M: Bristle<f64, Deflection = f64>>(
     rig: &MassSpringDamper<f64, M>,
 ) -> Vector3<f64> {
     let tolerances = Tolerances::scaled(1e-10, rig.scales()).unwrap();
-    let solver = OfAny::adaptive(DormandPrince, tolerances);
+    let solver = OfAny::checked(DormandPrince, tolerances);
     let run = solver.solve(rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     *run.last().unwrap().1
 }
@@ -187,7 +187,7 @@ fn a_tighter_tolerance_gives_a_smaller_error() {
     let bristle = PrescribedVelocity::new(dahl(), SWING);
     let error = |relative: f64| {
         let tolerances = Tolerances::scaled(relative, bristle.scales()).unwrap();
-        let solver = OfAny::adaptive(DormandPrince, tolerances);
+        let solver = OfAny::checked(DormandPrince, tolerances);
         let run = solver.solve(&bristle, 0.0..SPAN, Vector1::new(0.0), Output::Uniform(2001));
         let run = run.unwrap();
         let error = run.iter().map(|(t, z)| (z[0] - SWING.deflection(t)).abs());
@@ -211,7 +211,7 @@ fn a_tighter_tolerance_gives_a_smaller_error() {
 #[test]
 fn the_work_grows_with_the_fifth_root_of_the_tolerance() {
     let steps = [1e-5, 1e-10].map(|relative| {
-        let solver = OfAny(Solver::adaptive_per_step(DormandPrince, tolerance(relative)));
+        let solver = OfAny(Solver::adaptive(DormandPrince, tolerance(relative)));
         let run = solver.solve(&Oscillator, 0.0..30.0, Oscillator::exact(0.0), Output::Uniform(2));
         let statistics = run.unwrap().statistics();
         // On a problem that does not change, the controller hardly ever guesses wrong.
@@ -245,7 +245,7 @@ impl System<f64, 3, 0> for TwoScales {
 fn a_small_state_beside_a_large_one_keeps_its_own_accuracy() {
     // Errors in parts of each state's own size, after five periods of the vibration.
     let errors = |relative: f64, scales: Vector3<f64>| {
-        let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(relative, scales).unwrap());
+        let solver = OfAny::checked(DormandPrince, Tolerances::scaled(relative, scales).unwrap());
         let start = Vector3::new(1e5, 1e-6, 0.0);
         let run = solver.solve(&TwoScales, 0.0..3.0, start, Output::Uniform(2)).unwrap();
         let state = run.last().unwrap().1;
@@ -265,7 +265,7 @@ fn the_relative_tolerance_belongs_to_its_own_component_too() {
     // Absolute tolerances out of play: each state's error follows its own relative one.
     let error = |relative: Vector3<f64>| {
         let tolerances = Tolerances::new(relative, Vector3::repeat(1e-14));
-        let solver = OfAny::adaptive(DormandPrince, tolerances.unwrap());
+        let solver = OfAny::checked(DormandPrince, tolerances.unwrap());
         let start = Vector3::new(1e5, 1e-6, 0.0);
         let run = solver.solve(&TwoScales, 0.0..3.0, start, Output::Uniform(2)).unwrap();
         (run.last().unwrap().1[1] - 1e-6 * 30f64.cos()).abs() / 1e-6
@@ -307,7 +307,7 @@ fn the_valve_is_integrated_without_chatter() {
     .unwrap();
     let run = |relative: f64| {
         let tolerances = Tolerances::scaled(relative, valve.scales()).unwrap();
-        let solver = OfAny::adaptive(DormandPrince, tolerances);
+        let solver = OfAny::checked(DormandPrince, tolerances);
         let run = solver.solve(&valve, 0.0..1.5, valve.balanced(0.0), Output::Uniform(2)).unwrap();
         (*run.last().unwrap().1, run.statistics())
     };
@@ -332,7 +332,7 @@ fn the_valve_is_integrated_without_chatter() {
 fn single_precision_runs_the_rig_to_its_own_accuracy() {
     let rig = stick_slip::<f32>();
     let tolerances = Tolerances::scaled(1e-4, rig.scales()).unwrap();
-    let solver = OfAny::adaptive(DormandPrince, tolerances);
+    let solver = OfAny::checked(DormandPrince, tolerances);
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     // Twenty tolerances, as in double precision.
     let error = run.last().unwrap().1[0] - FRBD[0] as f32;
@@ -366,7 +366,7 @@ fn twelve_seconds(drive: Dual64, position: Dual64, adaptive: bool) -> Dual64 {
     let (span, output) = (dual(0.0)..dual(12.0), Output::Uniform(2));
     let run = if adaptive {
         let tolerances = Tolerances::scaled(dual(1e-9), rig.scales()).unwrap();
-        OfAny::adaptive(DormandPrince, tolerances).solve(&rig, span, start, output).unwrap()
+        OfAny::checked(DormandPrince, tolerances).solve(&rig, span, start, output).unwrap()
     } else {
         OfAny::fixed(RungeKutta4, dual(4e-3)).unwrap().solve(&rig, span, start, output).unwrap()
     };
@@ -426,7 +426,7 @@ fn two_contacts_in_one_system_slide_as_they_do_alone() {
     let end = 12.0;
     let alone = [&two.0, &two.1].map(|rig| {
         let solver =
-            OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-10, rig.scales()).unwrap());
+            OfAny::checked(DormandPrince, Tolerances::scaled(1e-10, rig.scales()).unwrap());
         solver.solve(rig, 0.0..end, Vector3::zeros(), Output::Uniform(49)).unwrap()
     });
     every_solver!(7e-4, Tolerances::scaled(1e-8, two.scales()).unwrap(), |name, solver| {
@@ -471,7 +471,7 @@ fn a_mirrored_rig_moves_in_mirror_image() {
 fn the_scales_of_the_rig_are_the_size_of_its_states() {
     // The scales are what the tolerances above rest on: a run's extremes are within a decade.
     let rig = stick_slip::<f64>();
-    let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales()).unwrap());
+    let solver = OfAny::checked(DormandPrince, Tolerances::scaled(1e-6, rig.scales()).unwrap());
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2001)).unwrap();
     let stretch = run.iter().map(|(t, x)| (rig.spring_force(t, x) / 2.0).abs());
     let extremes = [

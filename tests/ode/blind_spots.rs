@@ -138,18 +138,18 @@ fn seeds(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
         }
         let setting = (method, tolerance);
         let one = (&Logistic([rate]), Vector1::new(starts[0]), end);
-        let answer = run(Solver::adaptive, setting, one, 2);
+        let answer = run(Solver::checked, setting, one, 2);
         tally.take(("one", method, tolerance), answer, |answer| {
             (answer.states()[1][0] - logistic(rate, starts[0], end)).abs()
         });
         let two = (&Logistic(rates), Vector2::from(starts), end);
-        let answer = run(Solver::adaptive, setting, two, 2);
+        let answer = run(Solver::checked, setting, two, 2);
         tally.take(("two", method, tolerance), answer, |answer| {
             let error = |i: usize| answer.states()[1][i] - logistic(rates[i], starts[i], end);
             f64::max(error(0).abs(), error(1).abs())
         });
         let turning = (&Hopf { rate, frequency }, Vector2::new(starts[0], 0.0), end);
-        let answer = run(Solver::adaptive, setting, turning, 2);
+        let answer = run(Solver::checked, setting, turning, 2);
         tally.take(("turning", method, tolerance), answer, |answer| {
             let radius = logistic(2.0 * rate, starts[0].powi(2), end).sqrt();
             let (sin, cos) = (frequency * end).sin_cos();
@@ -214,8 +214,8 @@ fn floors(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
     };
     let (start, end) = (Vector2::new(0.5 + draw.next(), 0.0), 8.0);
     let split = (&Split(floor), start, end);
-    let fine = run(Solver::adaptive_per_step, (AnyMethod::DormandPrince8, 1e-13), split, 201);
-    let other = run(Solver::adaptive_per_step, (AnyMethod::Rodas5P, 1e-12), split, 201);
+    let fine = run(Solver::adaptive, (AnyMethod::DormandPrince8, 1e-13), split, 201);
+    let other = run(Solver::adaptive, (AnyMethod::Rodas5P, 1e-12), split, 201);
     let (fine, other) = (fine.unwrap(), other.unwrap());
     let scales = Vector2::repeat(1.0);
     // A floor that is left and met many times may be chaotic.
@@ -223,7 +223,7 @@ fn floors(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
         return;
     }
     for (&tolerance, method) in tolerances.iter().flat_map(|t| METHODS.map(|method| (t, method))) {
-        let answer = run(Solver::adaptive, (method, tolerance), (&floor, start, end), 201);
+        let answer = run(Solver::checked, (method, tolerance), (&floor, start, end), 201);
         tally.take(("floor", method, tolerance), answer, |answer| {
             distance((answer, &fine), &scales)
         });
@@ -240,14 +240,14 @@ fn implicit_bristles(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
     let (start, end, scales) = (Vector1::new(0.0), 4.0 / frequency, scene.scales());
     let fine = |method, tolerance| {
         let tolerances = Tolerances::scaled(tolerance, scales).unwrap();
-        let solver = Solver::adaptive_per_step(method, tolerances);
+        let solver = Solver::adaptive(method, tolerances);
         let solver = solver.with_largest_step(end / 2e4).unwrap();
         solver.solve(&scene, 0.0..end, start, Output::Uniform(201)).unwrap()
     };
     let (fine, other) = (fine(AnyMethod::DormandPrince8, 1e-13), fine(AnyMethod::Rodas5P, 1e-12));
     assert!(distance((&fine, &other), &scales) < 1e-9);
     for (&tolerance, method) in tolerances.iter().flat_map(|t| METHODS.map(|method| (t, method))) {
-        let answer = run(Solver::adaptive, (method, tolerance), (&scene, start, end), 201);
+        let answer = run(Solver::checked, (method, tolerance), (&scene, start, end), 201);
         tally.take(("implicit", method, tolerance), answer, |answer| {
             distance((answer, &fine), &scales)
         });
@@ -350,7 +350,7 @@ fn contacts_that_reverse_together_are_all_counted() {
     // v = sin t passes zero at π, 2π … 10π.
     for method in METHODS {
         let solver =
-            Solver::adaptive(method, Tolerances::scaled(1e-6, Vector3::repeat(1.0)).unwrap());
+            Solver::checked(method, Tolerances::scaled(1e-6, Vector3::repeat(1.0)).unwrap());
         let run = solver.solve(&Together, 0.0..32.0, Vector3::zeros(), Output::Uniform(2)).unwrap();
         assert_eq!(run.reversals().len(), 30, "{method:?}");
         assert_eq!(run.statistics().reversals, 30, "{method:?}");

@@ -127,10 +127,10 @@ fn a_state_that_overflows_is_never_a_solution() {
         }
     }
     // Errors grow without bound, too.
-    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-6));
+    let solver = OfAny::checked(DormandPrince, tolerance(1e-6));
     let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
     assert!(stopped.unwrap_err().time < 1.0);
-    let solver = OfAny::adaptive_per_step(DormandPrince, tolerance(1e-7));
+    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-7));
     let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
     let stopped = stopped.unwrap_err();
     let reason = stopped.reason;
@@ -211,7 +211,7 @@ fn failures_are_errors_with_a_cause() {
 #[test]
 fn a_failure_that_is_printed_says_why_in_a_line() {
     let tolerance = Tolerances::new(Vector1::repeat(1e-9), Vector1::repeat(1e-9)).unwrap();
-    let solver = Solver::adaptive_per_step(Rodas4, tolerance).with_most_steps(100);
+    let solver = Solver::adaptive(Rodas4, tolerance).with_most_steps(100);
     let wave = Driven(|t| (1e3 * t).sin());
     let stopped = solver.solve(&wave, 0.0..1.0, Vector1::zeros(), Output::Steps).unwrap_err();
     let states = stopped.trajectory.as_ref().unwrap().states().len();
@@ -285,7 +285,7 @@ fn a_span_shorter_than_any_time_that_matters_is_refused() {
 fn a_given_step_that_does_not_advance_the_time_is_refused_by_name() {
     // At t = 1 the next number is 2e-16 away, at t = 0 it is the smallest time that matters.
     for (start, step) in [(0.0, 1e-90), (0.0, 1e-31), (1.0, 1e-17), (-1.0, 1e-90)] {
-        let solver = OfAny::adaptive(DormandPrince, tolerance(1e-6));
+        let solver = OfAny::checked(DormandPrince, tolerance(1e-6));
         for (solver, name) in [
             (solver.with_first_step(step), "first_step"),
             (solver.with_largest_step(step), "largest_step"),
@@ -313,18 +313,13 @@ fn a_time_too_late_for_the_steps_that_a_bristle_needs_is_not_called_infinite() {
     let tolerances = Tolerances::scaled(1e-6, rig.scales()).unwrap();
     let span = 1e14..1e14 + 1.0;
     let reasons = [
-        Solver::adaptive(DormandPrince, tolerances).solve(
+        Solver::checked(DormandPrince, tolerances).solve(
             &rig,
             span.clone(),
             rig.at_rest(),
             Output::Steps,
         ),
-        Solver::adaptive(Rodas4, tolerances).solve(
-            &rig,
-            span.clone(),
-            rig.at_rest(),
-            Output::Steps,
-        ),
+        Solver::checked(Rodas4, tolerances).solve(&rig, span.clone(), rig.at_rest(), Output::Steps),
         bristle::ode::solve(&rig, span, rig.at_rest(), 1e-6, Output::Steps),
     ];
     for stopped in reasons {
@@ -430,7 +425,7 @@ fn scaled_tolerances_are_parts_of_the_scales() {
 
 #[test]
 fn steps_that_are_not_positive_are_refused_by_name() {
-    let adaptive = OfAny::adaptive(DormandPrince, tolerance::<2>(1e-6));
+    let adaptive = OfAny::checked(DormandPrince, tolerance::<2>(1e-6));
     for bad in [0.0, -0.1, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         every_method!(|name, method, order, dense| {
             let error = Solver::<f64, _, 2>::fixed(method, bad).unwrap_err();
@@ -519,7 +514,7 @@ fn a_first_step_advances_a_late_time() {
         }
     }
     let solver =
-        OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-3f32, Vector1::new(1.0)).unwrap());
+        OfAny::checked(DormandPrince, Tolerances::scaled(1e-3f32, Vector1::new(1.0)).unwrap());
     let run = solver.solve(&Clock, 1000.0f32..1001.0, Vector1::new(0.0), Output::Steps).unwrap();
     assert!((run.last().unwrap().1[0] - 1.0).abs() < 1e-3);
     every_solver!(0.25, tolerance(1e-6), |name, solver| {

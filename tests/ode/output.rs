@@ -371,7 +371,7 @@ fn the_bare_step_of_runge_kutta_is_the_plain_solver() {
 
 #[test]
 fn a_first_step_is_taken_as_given() {
-    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-3));
+    let solver = OfAny::checked(DormandPrince, tolerance(1e-3));
     let first = |solver: OfAny<f64, DormandPrince, 2>| {
         let mut run = solver.begin(&Oscillator, 1.0..9.0, Oscillator::exact(1.0)).unwrap();
         run.advance().unwrap().unwrap().end_time() - 1.0

@@ -274,7 +274,7 @@ fn what_is_smaller_than_the_tolerance_is_noise_and_not_a_reversal() {
     }
     // A part of the absolute tolerance of a step is allowed for: at least a thousandth, and never
     // more than the whole. Of 1e-6 the steps of this method are given 1.25e-9.
-    let solver = OfAny::adaptive(bristle::ode::DormandPrince, tolerance(1e-6));
+    let solver = OfAny::checked(bristle::ode::DormandPrince, tolerance(1e-6));
     let solver = solver.with_largest_step(0.1).unwrap();
     for tremor in [Tremor(0), Tremor(1)] {
         let reversals = |amplitude: f64| {
@@ -370,7 +370,7 @@ impl System<f64, 1> for DryFriction {
 
 #[test]
 fn a_run_that_ends_in_endless_reversals_is_not_repeated() {
-    let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
+    let solver = Solver::checked(DormandPrince, tolerance(1e-6));
     let (once, system) = (DryFriction::default(), DryFriction::default());
     let start = Vector1::new(1.0);
     // A stream cannot be repeated.
@@ -556,7 +556,7 @@ fn an_adaptive_run_of_the_rig_reverses_as_often_as_a_fine_one() {
     let rig = stick_slip();
     let count = |relative: f64| {
         let tolerances = Tolerances::scaled(relative, rig.scales()).unwrap();
-        let solver = OfAny::adaptive(bristle::ode::DormandPrince, tolerances);
+        let solver = OfAny::checked(bristle::ode::DormandPrince, tolerances);
         let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
         run.statistics().reversals
     };
@@ -577,7 +577,7 @@ fn a_creeping_contact_is_not_kept_on_the_wrong_branch() {
         let rig = MassSpringDamper::new(MassSpringDamperParameters { mechanism, ..parameters });
         let rig = rig.unwrap();
         let tolerances = Tolerances::scaled(relative, rig.scales()).unwrap();
-        let solver = OfAny::adaptive(bristle::ode::DormandPrince, tolerances);
+        let solver = OfAny::checked(bristle::ode::DormandPrince, tolerances);
         for solver in [solver, solver.with_largest_step(1e-3).unwrap()] {
             let run = solver.solve(&rig, 0.0..12.0, rig.at_rest(), Output::Steps).unwrap();
             let most = run.states().iter().map(|state| state[2].abs()).fold(0.0, f64::max);

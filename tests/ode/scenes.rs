@@ -312,7 +312,7 @@ fn a_dragged_bristle_settles_at_its_stationary_force() {
     assert!((stationary.x + mu / 1e4).abs() < 1e-18 * 10.0, "{stationary}");
     assert!((scene.friction_force(0.0, &stationary) + LOAD * mu).abs() < 1e-14 * 10.0);
     assert!(scene.rate(0.0, &stationary, [Branch::Free]).norm() < 1e-16);
-    let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-9, scene.scales()).unwrap());
+    let solver = OfAny::checked(DormandPrince, Tolerances::scaled(1e-9, scene.scales()).unwrap());
     // λ = σ0 v/g is 88 1/s: in half a second e^-44 is left of the start.
     let run = solver.solve(&scene, 0.0..0.5, Vector1::new(1e-4), Output::Uniform(2)).unwrap();
     assert!((run.last().unwrap().1 - stationary).norm() < 1e-12);
@@ -375,7 +375,7 @@ fn energy_is_conserved_over_a_run_but_for_what_friction_takes() {
     let rig = bristle_specimens::ode::stick_slip::<f64>();
     let contact: Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> =
         table_2_frbd().under_load(1.0).unwrap();
-    let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-9, rig.scales()).unwrap());
+    let solver = OfAny::checked(DormandPrince, Tolerances::scaled(1e-9, rig.scales()).unwrap());
     let samples = 10_001;
     let run = solver.solve(&rig, 0.0..11.0, rig.at_rest(), Output::Uniform(samples)).unwrap();
     let step = 11.0 / (samples - 1) as f64;

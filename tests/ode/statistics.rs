@@ -93,13 +93,13 @@ fn a_step_of_dormand_and_prince_costs_six_evaluations() {
         assert!(statistics.evaluations > 6 * 64, "{statistics}");
     }
     // Adaptive: rejected trials cost as much, but for the last stage; one more for the first step.
-    let solver = OfAny::adaptive_per_step(DormandPrince, tolerance(1e-9));
+    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-9));
     let run = solver.solve(&Oscillator, 0.0..8.0, Vector2::new(1.0, 0.0), Output::Uniform(3));
     let Statistics { steps, rejected, evaluations, .. } = run.unwrap().statistics();
     assert!(evaluations <= 6 * (steps + rejected) + 3, "{evaluations} in {steps} + {rejected}");
     // The growth of errors takes one evaluation more per step and state where a system gives no
     // derivatives, and another Jacobian at the start.
-    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-9));
+    let solver = OfAny::checked(DormandPrince, tolerance(1e-9));
     let mut run = solver.begin(&Oscillator, 0.0..8.0, Vector2::new(1.0, 0.0)).unwrap();
     while run.advance().unwrap().is_some() {}
     let Statistics { steps, rejected, evaluations, jacobians, .. } = run.statistics();
@@ -148,7 +148,7 @@ fn statistics_read_as_a_sentence() {
 fn rejected_steps_leave_no_trace_but_their_count() {
     // A first step that is far too long is taken back, and the run is as good as another.
     let rig = stick_slip::<f64>();
-    let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales()).unwrap());
+    let solver = OfAny::checked(DormandPrince, Tolerances::scaled(1e-8, rig.scales()).unwrap());
     let end = |solver: OfAny<f64, DormandPrince, 3>| {
         let run = solver.solve(&rig, 0.0..1.0, Vector3::new(0.0, 0.0, 1e-5), Output::Uniform(2));
         let run = run.unwrap();
@@ -166,7 +166,7 @@ fn a_kink_does_not_make_the_steps_after_it_short() {
     // Two kinks a millionth of a second apart, in a signal that hardly bends there.
     let close = Function::new(|t: f64| ((0.3 * t).sin(), f64::NAN), [5.0, 5.000_001]);
     let smooth = Function::new(|t: f64| ((0.3 * t).sin(), f64::NAN), []);
-    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-6));
+    let solver = OfAny::checked(DormandPrince, tolerance(1e-6));
     let steps = |run: Result<bristle::ode::Trajectory<f64, 1>, _>| {
         let run: Result<_, Box<bristle::ode::Failure<f64, 1>>> = run;
         run.unwrap().statistics().steps

@@ -136,7 +136,7 @@ impl<S: System<f64, N, K>, const N: usize, const K: usize> System<f64, N, K> for
 fn finite_differences_stand_in_for_a_jacobian() {
     let rig = rig(table_2_frbd::<f64>(), 0.1);
     let tolerances = Tolerances::scaled(1e-7, rig.scales()).unwrap();
-    let solver = OfAny::adaptive(Rodas5P, tolerances);
+    let solver = OfAny::checked(Rodas5P, tolerances);
     let span = 0.0..16.0;
     let known = solver.solve(&rig, span.clone(), rig.at_rest(), Output::Uniform(17)).unwrap();
     let system = WithoutTangent(rig);
@@ -179,7 +179,7 @@ fn the_default_keeps_its_tolerance_from_loose_to_tight() {
 fn cost<M: Method<f64, 3>>(method: M) -> Statistics {
     let rig = rig(table_2_lugre::<f64>(), 0.1);
     let tolerances = Tolerances::scaled(1e-7, rig.scales()).unwrap();
-    let solver = OfAny::adaptive_per_step(method, tolerances);
+    let solver = OfAny::adaptive(method, tolerances);
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     run.statistics()
 }
@@ -210,7 +210,7 @@ fn what_an_error_estimate_misses_by_chance_does_not_reach_the_solution() {
         let run = |tolerance: f64| {
             let scales = Vector1::new(1.5e-4);
             let solver =
-                OfAny::adaptive(DormandPrince8, Tolerances::scaled(tolerance, scales).unwrap());
+                OfAny::checked(DormandPrince8, Tolerances::scaled(tolerance, scales).unwrap());
             let span = 0.0..20.0 / frequency;
             solver.solve(&scene, span, Vector1::new(0.0), Output::Dense).unwrap()
         };
@@ -267,7 +267,7 @@ fn the_default_needs_no_friction() {
     // Each jump multiplies the estimated error by 10¹⁰ for a moment, and steps are as tight as that
     // asks. Those of a step's own tolerance are not.
     let tolerances = Tolerances::scaled(1e-8, Vector2::repeat(1.0)).unwrap();
-    let solver = OfAny::adaptive_per_step(Automatic, tolerances);
+    let solver = OfAny::adaptive(Automatic, tolerances);
     let run = solver.solve(&VanDerPol, 0.0..2000.0, start, Output::Uniform(2)).unwrap();
     let x = run.last().unwrap().1[0];
     assert!((x - 1.706_167_732_170_483).abs() < 1e-5, "{x}");

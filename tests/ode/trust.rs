@@ -54,8 +54,8 @@ fn check<S: System<f64, N>, const N: usize>(
     is_stiff: bool,
 ) -> usize {
     let (scales, scene) = (system.scales(), (system, start, end));
-    let fine = run(Solver::adaptive_per_step, (Automatic, 1e-11), scene);
-    let other = run(Solver::adaptive_per_step, (Rodas5P, 1e-10), scene);
+    let fine = run(Solver::adaptive, (Automatic, 1e-11), scene);
+    let other = run(Solver::adaptive, (Rodas5P, 1e-10), scene);
     let (Ok(fine), Ok(other)) = (fine, other) else { return 0 };
     let doubt = distance((&fine, &other), &scales);
     if !(doubt < 1e-6) {
@@ -72,12 +72,12 @@ fn check<S: System<f64, N>, const N: usize>(
             }
         };
         if !is_stiff {
-            judge("DormandPrince", run(Solver::adaptive, (DormandPrince, tolerance), scene));
-            judge("DormandPrince8", run(Solver::adaptive, (DormandPrince8, tolerance), scene));
+            judge("DormandPrince", run(Solver::checked, (DormandPrince, tolerance), scene));
+            judge("DormandPrince8", run(Solver::checked, (DormandPrince8, tolerance), scene));
         }
-        judge("Rodas4", run(Solver::adaptive, (Rodas4, tolerance), scene));
-        judge("Rodas5P", run(Solver::adaptive, (Rodas5P, tolerance), scene));
-        judge("Automatic", run(Solver::adaptive, (Automatic, tolerance), scene));
+        judge("Rodas4", run(Solver::checked, (Rodas4, tolerance), scene));
+        judge("Rodas5P", run(Solver::checked, (Rodas5P, tolerance), scene));
+        judge("Automatic", run(Solver::checked, (Automatic, tolerance), scene));
     }
     successes
 }
@@ -212,7 +212,7 @@ fn steps_are_as_tight_as_the_growth_of_errors_asks() {
     let contact = friction.under_load(1.0).unwrap();
     let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
     let solver = |tolerance: f64| {
-        Solver::adaptive(Automatic, Tolerances::scaled(tolerance, rig.scales()).unwrap())
+        Solver::checked(Automatic, Tolerances::scaled(tolerance, rig.scales()).unwrap())
     };
     let solve = |tolerance: f64, end: f64| {
         solver(tolerance).solve(&rig, 0.0..end, rig.at_rest(), Output::Uniform(2)).unwrap()
@@ -232,7 +232,7 @@ fn a_bristle_at_a_given_velocity_takes_loose_steps_of_order_five() {
     let scene = PrescribedVelocity::new(contact, Sine::new(velocity).unwrap());
     let solve = |method: AnyMethod, tolerance: f64| {
         let tolerances = Tolerances::scaled(tolerance, scene.scales()).unwrap();
-        let solver = Solver::adaptive(method, tolerances);
+        let solver = Solver::checked(method, tolerances);
         solver.solve(&scene, 0.0..0.4, Vector1::new(0.0), Output::Uniform(1001)).unwrap()
     };
     // A trial of order 5 evaluates six rates; one of order 8 twelve, and three for the samples.
@@ -264,7 +264,7 @@ fn a_run_whose_errors_outgrow_its_tolerance_is_repeated_or_stopped() {
     let (start, tolerance) = (Vector1::new(1.0), 1e-6);
     let tolerances = Tolerances::scaled(tolerance, start).unwrap();
     let judge = |method: AnyMethod, repeats: bool| {
-        let solver = Solver::adaptive(method, tolerances);
+        let solver = Solver::checked(method, tolerances);
         // A stream stops where errors have grown too much: steps are 4000 times as tight, the
         // estimate may exceed the tolerance tenfold, and a hundred steps add up.
         let mut run = solver.begin(&Unstable, 0.0..1.0, start).unwrap();
@@ -292,7 +292,7 @@ fn a_run_whose_errors_outgrow_its_tolerance_is_repeated_or_stopped() {
         assert!(matches!(failure.reason, StopReason::ErrorsGrow { .. }), "{method:?}: {failure}");
         assert!(failure.to_string().contains("what the tolerances allow"), "{failure}");
         // Steps with a tolerance of their own go on, far off.
-        let solver = Solver::adaptive_per_step(method, tolerances);
+        let solver = Solver::adaptive(method, tolerances);
         let wrong = solver.solve(&Unstable, 0.0..1.0, start, Output::Steps).unwrap();
         let (time, state) = wrong.last().unwrap();
         assert!((state[0] - time.cos()).abs() > 1e-2, "{method:?}");
@@ -321,7 +321,7 @@ fn a_step_does_not_pass_over_two_reversals_of_a_prescribed_velocity() {
     let velocity = SineParameters { mean: 0.0055, amplitude: 0.01, frequency: 25.0, phase: 0.0 };
     let scene = PrescribedVelocity::new(contact, Sine::new(velocity).unwrap());
     let tolerances = Tolerances::scaled(1e-3, scene.scales()).unwrap();
-    let solver = Solver::adaptive(Rodas5P, tolerances);
+    let solver = Solver::checked(Rodas5P, tolerances);
     let run = solver.solve(&scene, 0.0..0.2, Vector1::new(0.0), Output::Steps).unwrap();
     // Two in each of five periods.
     assert_eq!(run.reversals().len(), 10);

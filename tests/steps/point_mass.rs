@@ -156,7 +156,7 @@ fn errors<M: Bristle<f64, Deflection = f64>>(model: M, foreseen: bool, steps: u3
     .unwrap();
     let state = nalgebra::Vector3::new(0.0, start[0], start[1]);
     let tolerances = Tolerances::scaled(1e-13, rig.scales()).unwrap();
-    let solver = Solver::adaptive(DormandPrince, tolerances);
+    let solver = Solver::checked(DormandPrince, tolerances);
     let exact = solver.solve(&rig, 0.0..span, state, Output::Steps).unwrap();
     let exact = exact.states().last().unwrap();
 

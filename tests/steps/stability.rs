@@ -12,7 +12,7 @@ use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
 use bristle::scene::{DiaphragmValve, MassSpringDamper};
 use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, paper};
-use bristle_analysis::stability::{Scheme, StepLimits, largest_step, largest_step_of};
+use bristle_analysis::step_limits::{Scheme, StepLimits, largest_step, largest_step_of};
 use bristle_specimens::specimens;
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3, Vector4};
 

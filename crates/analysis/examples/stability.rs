@@ -16,7 +16,7 @@ use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerance
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
-use bristle_analysis::stability::{self, Scheme};
+use bristle_analysis::step_limits::{self, Scheme};
 use bristle_charts::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule, Way, println};
 use nalgebra::{Vector1, Vector3};
 
@@ -338,7 +338,7 @@ fn study<M: Bristle<f64, Deflection = f64>>(
 ) -> Result<Study, Box<dyn Error>> {
     let contact = model.under_load(1.0)?;
     let rig = Rig::new(paper::stick_slip_rig(contact.clone()))?;
-    let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-10, rig.system.scales())?);
+    let solver = Solver::checked(DormandPrince, Tolerances::scaled(1e-10, rig.system.scales())?);
     let output = Output::Uniform((end * SAMPLES) as usize + 1);
     let reference = Reference(solver.solve(&rig.system, 0.0..end, rig.system.at_rest(), output)?);
     let states = reference.0.states();
@@ -360,7 +360,7 @@ fn study<M: Bristle<f64, Deflection = f64>>(
     let dragged = PrescribedVelocity::new(contact.clone(), top_speed);
     let mut sweeps = Vec::new();
     for way in &WAYS {
-        let limits = stability::largest_step(&contact, Some(mechanism), top_speed, way.scheme)?;
+        let limits = step_limits::largest_step(&contact, Some(mechanism), top_speed, way.scheme)?;
         let bristle = limits.bristle.map(|predicted| {
             let measured = onset(predicted, |h, count| {
                 let steady = dragged.stationary(0.0);

@@ -219,7 +219,7 @@ impl<T: Scalar> EnergyLedger<T> {
     /// );
     /// let contact = friction.under_load(1.0)?;
     /// let rig = MassSpringDamper::new(paper::stick_slip_rig(contact))?;
-    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales())?);
+    /// let solver = Solver::checked(DormandPrince, Tolerances::scaled(1e-8, rig.scales())?);
     /// let mut ledger = EnergyLedger::new();
     /// let mut meter = |step: &Step<f64, 3>| {
     ///     ledger.integrate(&contact, step, |_, state| (state[1], state[2]));

@@ -4,7 +4,7 @@
 //! | module | what it answers |
 //! |---|---|
 //! | [`audit`] | which laws hold for a set of parameters, what is bounded, how long a step may be |
-//! | [`stability`] | the largest stable step of each integration method |
+//! | [`step_limits`] | the largest stable step of each integration method |
 //! | [`linear`] | small motions: poles, frequency response, the onset of stick-slip |
 //! | [`ledger`] | energy supplied, stored and dissipated over a run, and whether it was passive |
 //!
@@ -14,7 +14,7 @@
 //! use bristle::{Bristle, FrBd, curve::Stribeck, paper, rheology::KelvinVoigt};
 //! use bristle_analysis::audit::{AuditParameters, LawStatus, audit};
 //! use bristle_analysis::linear::{Threshold, critical_speed};
-//! use bristle_analysis::stability::{Scheme, largest_step};
+//! use bristle_analysis::step_limits::{Scheme, largest_step};
 //!
 //! let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 //! let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
@@ -43,7 +43,7 @@ pub mod audit;
 mod eigenvalues;
 pub mod ledger;
 pub mod linear;
-pub mod stability;
+pub mod step_limits;
 
 /// The README's program compiles and runs.
 #[cfg(doctest)]

@@ -304,7 +304,7 @@ impl SolverSetup {
             Some(step) => Solver::fixed(method, step)?,
             None => {
                 let tolerance = self.tolerance.unwrap_or(1e-6);
-                Solver::adaptive(method, Tolerances::scaled(tolerance, system.scales())?)
+                Solver::checked(method, Tolerances::scaled(tolerance, system.scales())?)
             }
         };
         let rows = Output::Uniform(self.samples);

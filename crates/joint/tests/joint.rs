@@ -598,7 +598,7 @@ fn a_load_that_vanishes_is_passed() {
         // Where little is left the Jacobian has a peak, and the estimated error of the solution
         // with it: steps of a tolerance of their own.
         let tolerances = Tolerances::scaled(1e-7, joint.scales()).unwrap();
-        let solver = Solver::adaptive_per_step(Automatic, tolerances);
+        let solver = Solver::adaptive(Automatic, tolerances);
         let run = solver.solve(&joint, 0.0..4.0, joint.at_rest(0.3), Output::Uniform(2)).unwrap();
         // The error of the steps, which are of second order: 8000 and 16 000 of them differ by
         // 1e-4 rad.

@@ -75,7 +75,7 @@ macro_rules! every_solver {
     (@adaptive $tolerances:expr, |$name:ident, $solver:ident|
         $body:block, $($method:ident)::+) => {{
         let $name = concat!(stringify!($($method)::+), ", adaptive steps");
-        let $solver = $crate::ode::OfAny::adaptive(bristle::ode::$($method)::+, $tolerances);
+        let $solver = $crate::ode::OfAny::checked(bristle::ode::$($method)::+, $tolerances);
         let $solver = $solver.with_most_steps($crate::ode::MOST_STEPS);
         $body
     }};
@@ -95,12 +95,12 @@ impl<T: Scalar, M, const N: usize> Deref for OfAny<T, M, N> {
 }
 
 impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
-    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
-        Self(Solver::adaptive(method, tolerances))
+    pub fn checked(method: M, tolerances: Tolerances<T, N>) -> Self {
+        Self(Solver::checked(method, tolerances))
     }
 
-    pub fn adaptive_per_step(method: M, tolerances: Tolerances<T, N>) -> Self {
-        Self(Solver::adaptive_per_step(method, tolerances))
+    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
+        Self(Solver::adaptive(method, tolerances))
     }
 
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {

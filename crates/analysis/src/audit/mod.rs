@@ -9,10 +9,10 @@
 //! | creep | steady velocity under a force below breakaway, F_ss(v) = F | a search for it |
 //! | relaxation at rest | λ(0): how fast the bristles of a resting contact let go | |
 //! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] a load cycle F₁ ↔ F₂ | closed form |
-//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1, or 2 reversed | [`stability`] |
+//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1, or 2 reversed | [`step_limits`] |
 //! | | Maxwell bristle: (s + λ)(m s² + d s + k) + σ0 c p s = 0, λ(0), fast roots | |
 //! | stick-slip | speeds of stable sliding on the spring | [`linear`] |
-//! | steps | largest stable step of each method | [`stability`] |
+//! | steps | largest stable step of each method | [`step_limits`] |
 //!
 //! The line of the inversion prints "one solution", or "FOLDS" where σ1 + dμ/d|v| < 0 at some
 //! speed: the equation has three roots there. This concerns the implicit bristle; FrBD has one
@@ -42,7 +42,7 @@ use bristle::{
 };
 
 use crate::linear::{self, Threshold};
-use crate::stability::{self, Scheme, StepLimits, Swing};
+use crate::step_limits::{self, Scheme, StepLimits, Swing};
 
 /// Operating range and mechanism of an audit.
 ///
@@ -259,7 +259,7 @@ pub fn audit<T: Scalar, M: Bristle<T, Deflection = T>>(
     let steps = Scheme::ALL.map(|scheme| {
         // A passive step needs a contact that is passive at every deflection.
         let promised = scheme != Scheme::Passive || passivity.excess <= T::one();
-        let limits = stability::largest_step(contact, mechanism, fastest, scheme).ok();
+        let limits = step_limits::largest_step(contact, mechanism, fastest, scheme).ok();
         limits.filter(|_| promised)
     });
     Ok(Audit {

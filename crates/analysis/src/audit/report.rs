@@ -8,7 +8,7 @@ use bristle::{Characteristics, Scalar};
 
 use super::{Audit, LawStatus, Passivity, peak, slowest_on_spring};
 use crate::linear::Threshold;
-use crate::stability::Scheme;
+use crate::step_limits::Scheme;
 
 /// Widths of the first two columns.
 const NAME: usize = 19;
@@ -167,7 +167,7 @@ impl<T: Scalar> Audit<T> {
         if let Some(stuck) = self.stuck {
             let mut name = Cell::default();
             write!(name, "stuck {mass}")?;
-            row!(f, name.as_str(), by "module stability",
+            row!(f, name.as_str(), by "module step_limits",
                 "ω = {:.5} rad/s, ζ = {:.5}; after a reversal ζ = {:.5}",
                 Number::of(stuck.frequency), Number::of(stuck.damping_ratio),
                 Number::of(stuck.reversed_damping_ratio))?;
@@ -201,7 +201,7 @@ impl<T: Scalar> Audit<T> {
         if let Some(time) = self.parameters.sample_time.map(Number::of) {
             write!(cells, "at {time:.5} s")?;
         }
-        row!(f, "largest step [s]", by "module stability", "{}", cells.as_str())?;
+        row!(f, "largest step [s]", by "module step_limits", "{}", cells.as_str())?;
         for (scheme, limits) in Scheme::ALL.into_iter().zip(self.steps) {
             let mut cells = Cell::default();
             match limits {

@@ -15,7 +15,7 @@ use bristle::{
 };
 use bristle_analysis::audit::{Audit, AuditParameters, LawStatus, audit};
 use bristle_analysis::linear::Threshold;
-use bristle_analysis::stability::Scheme;
+use bristle_analysis::step_limits::Scheme;
 use bristle_specimens::own_rheology::{VelocityLaw, own_element};
 use bristle_specimens::recipe::recipe;
 use bristle_specimens::specimens::{

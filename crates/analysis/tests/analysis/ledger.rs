@@ -67,7 +67,7 @@ fn the_energy_machine_of_an_integrator_gives_the_printed_work_too() {
             for (velocity, duration) in PHASES {
                 let scene = PrescribedVelocity::new(contact.clone(), velocity);
                 let tolerances = Tolerances::scaled(1e-10, scene.scales()).unwrap();
-                let solver = Solver::adaptive(DormandPrince8, tolerances);
+                let solver = Solver::checked(DormandPrince8, tolerances);
                 let mut meter = |step: &Step<f64, 1>| {
                     ledger.integrate(&contact, step, |_, state| (velocity, state.x));
                     ControlFlow::Continue(())
@@ -184,10 +184,10 @@ fn the_balance_of_an_integration_closes_to_its_tolerance() {
         // Slips multiply the errors of steps.
         let tolerances = Tolerances::scaled(0.01 * tolerance, scales).unwrap();
         for (name, (ledger, work)) in [
-            ("DormandPrince", stick_slip(&Solver::adaptive_per_step(DormandPrince, tolerances))),
-            ("DormandPrince8", stick_slip(&Solver::adaptive_per_step(DormandPrince8, tolerances))),
-            ("Rodas4", stick_slip(&Solver::adaptive_per_step(Rodas4, tolerances))),
-            ("Rodas5P", stick_slip(&Solver::adaptive_per_step(Rodas5P, tolerances))),
+            ("DormandPrince", stick_slip(&Solver::adaptive(DormandPrince, tolerances))),
+            ("DormandPrince8", stick_slip(&Solver::adaptive(DormandPrince8, tolerances))),
+            ("Rodas4", stick_slip(&Solver::adaptive(Rodas4, tolerances))),
+            ("Rodas5P", stick_slip(&Solver::adaptive(Rodas5P, tolerances))),
         ] {
             let total = ledger.total();
             // Two slips, after each of which the motion forgets what came before.
@@ -250,7 +250,7 @@ fn the_balance_closes_under_a_velocity_that_varies_in_time() {
     let swing = SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.3 };
     let scene = PrescribedVelocity::new(contact, Sine::new(swing).unwrap());
     let solver =
-        Solver::adaptive(DormandPrince8, Tolerances::scaled(1e-10, scene.scales()).unwrap());
+        Solver::checked(DormandPrince8, Tolerances::scaled(1e-10, scene.scales()).unwrap());
     let mut ledger = EnergyLedger::new();
     let mut meter = |step: &Step<f64, 1>| {
         ledger.integrate(&contact, step, |time, state| (scene.velocity(time), state.x));

@@ -254,7 +254,7 @@ fn last_period<S: System<f64, N>, const N: usize>(
     quantity: impl Fn(f64, &SVector<f64, N>) -> f64,
 ) -> Vec<f64> {
     let tolerances = Tolerances::scaled(1e-12, system.scales()).unwrap();
-    let solver = Solver::adaptive(DormandPrince8, tolerances);
+    let solver = Solver::checked(DormandPrince8, tolerances);
     // Dense output is less accurate than steps, so that steps end at the samples.
     let samples = 64;
     let begin = (periods - 1.0) / frequency;

@@ -59,7 +59,7 @@ where
     let system = PrescribedVelocity::new(contact, velocity);
     let state: SVector<f64, N> = if steady { system.stationary(0.0) } else { SVector::zeros() };
     let tolerances = Tolerances::scaled(1e-9, System::<f64, N, 1>::scales(&system)).unwrap();
-    let solver = Solver::adaptive(Rodas5P, tolerances);
+    let solver = Solver::checked(Rodas5P, tolerances);
     let solver = solver.with_largest_step(interval / 4.0).unwrap();
     let span = 0.0..interval * count as f64;
     let run = solver.solve(&system, span, state, Output::Times(&times)).unwrap();

@@ -44,7 +44,7 @@ fn truth<F: Signal<f64>>(
     let Mechanism { mass, spring_stiffness, viscous_damping } = parameters.mechanism;
     let mechanism = [mass, spring_stiffness, viscous_damping];
     let system = rig(contact, mechanism, parameters.drive_velocity, declared);
-    let solver = Solver::adaptive_per_step(Rodas5P, tolerances.unwrap());
+    let solver = Solver::adaptive(Rodas5P, tolerances.unwrap());
     let solver = solver.with_largest_step(interval / 8.0).unwrap();
     let times: Vec<f64> = (1..=count).map(|answer| interval * answer as f64).collect();
     let span = 0.0..interval * count as f64;

@@ -105,9 +105,9 @@ fn every_method_passes_the_cone() {
     };
     let (span, rest, two) = (0.0..40.0, SVector::zeros(), Output::Uniform(2));
     let ends = [
-        run(Solver::adaptive(DormandPrince, tolerances).solve(&body, span.clone(), rest, two)),
-        run(Solver::adaptive(DormandPrince8, tolerances).solve(&body, span.clone(), rest, two)),
-        run(Solver::adaptive(Rodas5P, tolerances).solve(&body, span, rest, two)),
+        run(Solver::checked(DormandPrince, tolerances).solve(&body, span.clone(), rest, two)),
+        run(Solver::checked(DormandPrince8, tolerances).solve(&body, span.clone(), rest, two)),
+        run(Solver::checked(Rodas5P, tolerances).solve(&body, span, rest, two)),
     ];
     for end in ends {
         for i in 0..2 {

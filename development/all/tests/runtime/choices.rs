@@ -197,7 +197,7 @@ fn run<M: Method<f64, 3>>(
 
 /// Adaptive steps of a method.
 fn adaptive<M: Method<f64, 3>>(method: M) -> (f64, [f64; 3], u64) {
-    run(|tolerances| Solver::adaptive(method, tolerances))
+    run(|tolerances| Solver::checked(method, tolerances))
 }
 
 #[test]

@@ -130,7 +130,7 @@ pub struct StepLimits<T> {
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::{Bristle, FrBd, paper};
-/// use bristle_analysis::stability::{self, Scheme};
+/// use bristle_analysis::step_limits::{self, Scheme};
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
@@ -138,7 +138,7 @@ pub struct StepLimits<T> {
 /// );
 /// let contact = friction.under_load(1.0)?;
 /// let rig = Some(paper::stick_slip_rig(contact).mechanism);
-/// let limits = stability::largest_step(&contact, rig, 1.0, Scheme::RungeKutta4)?;
+/// let limits = step_limits::largest_step(&contact, rig, 1.0, Scheme::RungeKutta4)?;
 /// assert_eq!(
 ///     limits.to_string(),
 ///     "RungeKutta4: bristle 0.018244 s, stuck 0.02804 s, stuck after a reversal 0.018711 s"
@@ -205,7 +205,7 @@ fn in_type<T: Scalar>(limit: Option<f64>) -> Option<T> {
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::scene::MassSpringDamper;
 /// use bristle::{Branch, Bristle, FrBd, paper};
-/// use bristle_analysis::stability::{self, Scheme};
+/// use bristle_analysis::step_limits::{self, Scheme};
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
@@ -213,7 +213,7 @@ fn in_type<T: Scalar>(limit: Option<f64>) -> Option<T> {
 /// );
 /// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
 /// let tangent = rig.linearised(0.0, &rig.at_rest(), [Branch::Forward]).unwrap();
-/// let step = stability::largest_step_of(&tangent.by_state, Scheme::RungeKutta4).unwrap();
+/// let step = step_limits::largest_step_of(&tangent.by_state, Scheme::RungeKutta4).unwrap();
 /// assert!((step - 2.8040e-2).abs() < 1e-6);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
@@ -345,13 +345,14 @@ impl<T: Scalar> StepLimits<T> {
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters, Mechanism};
-    /// use bristle_analysis::stability::{self, Scheme};
+    /// use bristle_analysis::step_limits::{self, Scheme};
     ///
     /// let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 };
     /// let friction = Dahl::new(parameters)?;
     /// let mechanism = Some(Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 });
     /// let contact = friction.under_load(1.0)?;
-    /// let limits = stability::largest_step(&contact, mechanism, 0.0, Scheme::SemiImplicitEuler)?;
+    /// let scheme = Scheme::SemiImplicitEuler;
+    /// let limits = step_limits::largest_step(&contact, mechanism, 0.0, scheme)?;
     /// assert_eq!(
     ///     limits.check(0.025).unwrap_err().to_string(),
     ///     "step is 0.025, but must be at most \
