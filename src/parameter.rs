@@ -22,7 +22,9 @@ use crate::scalar::{Scalar, lit, to_f64};
 ///     "micro_stiffness is -3, but must lie between 1e-100 and 1e100"
 /// );
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+///
+/// `Debug` prints the same sentence, so that a `main` that returns the error does, too.
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 pub struct ParameterError {
     /// Name of the parameter, as in the struct or function that took it.
     pub name: &'static str,
@@ -54,6 +56,12 @@ impl fmt::Display for ParameterError {
             write!(f, "[{component}]")?;
         }
         write!(f, " is {}, but must {}", Number(self.value), self.rule)
+    }
+}
+
+impl fmt::Debug for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -36,8 +36,8 @@ use crate::{Bristle, Scalar, Surface};
 /// μ_b = (μ/g)(σ0 z + σ1 v)
 ///
 /// α(z, v) is 0 up to the stick limit |z| = z_b, and wherever z and v have opposite signs; it is 1
-/// from the stationary deflection μ(v)/σ0 on, and rises smoothly in between. Up to the stick limit
-/// the bristle is elastic: load cycles cause no drift.
+/// from the stationary deflection μ(v)/σ0 on, and rises smoothly in between. Under a friction scale
+/// s the limit is s z_b. Up to it the bristle is elastic: load cycles cause no drift.
 ///
 /// Source: P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction
 /// models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model of Romano

@@ -171,7 +171,7 @@ where
             let load = Named("load", load);
             ParameterError::of_component(index, load.non_negative())?;
             let held = is_zero(load.1) || companion.contact().normal_force() > T::zero();
-            let stated = load.stated(held, "be zero: the contact was built without a load");
+            let stated = load.stated(held, "be zero: build its contact under a positive load");
             ParameterError::of_component(index, stated)?;
         }
         let (structure, duration) = (self.structure, forwards(duration));

@@ -86,12 +86,12 @@ impl Which {
         }
     }
 
-    /// The names of the matrix and of its pivots.
-    fn names(self) -> (&'static str, &'static str) {
+    /// The names of an entry on the diagonal, of one before it in its row, and of a pivot.
+    fn names(self) -> [&'static str; 3] {
         match self {
-            Self::Mass => ("mass", "pivot of mass"),
-            Self::Damping => ("damping", "pivot of damping"),
-            Self::Stiffness => ("stiffness", "pivot of stiffness"),
+            Self::Mass => ["mass", "entry of mass in row", "pivot of mass"],
+            Self::Damping => ["damping", "entry of damping in row", "pivot of damping"],
+            Self::Stiffness => ["stiffness", "entry of stiffness in row", "pivot of stiffness"],
         }
     }
 }
@@ -351,7 +351,7 @@ fn check<T: Scalar>(
     entries: &impl Entries<T>,
     room: &mut [T],
 ) -> Result<(), ParameterError> {
-    let (name, pivots) = which.names();
+    let [name, beside, pivots] = which.names();
     // The roundings of L D Lᵀ, relative to the diagonal: N. J. Higham, "Accuracy and Stability of
     // Numerical Algorithms" (2002), theorems 10.5 and 10.7.
     let rounding = T::default_epsilon() * lit(8.0 * (width + 1) as f64);
@@ -361,18 +361,18 @@ fn check<T: Scalar>(
         let in_range = if definite { diagonal.positive() } else { diagonal.non_negative() };
         let diagonal = ParameterError::of_component(i, in_range)?;
         for j in i.saturating_sub(width - 1)..i {
-            let value = Named(name, entries.entry(which, i, j));
+            let value = Named(beside, entries.entry(which, i, j));
             let value = ParameterError::of_component(i, value.finite())?;
-            let mirrored = Named(name, entries.entry(which, j, i));
+            let mirrored = Named(beside, entries.entry(which, j, i));
             let mirrored = ParameterError::of_component(i, mirrored.finite())?;
             // Not as a product, which could overflow.
             let of_both = diagonal.sqrt() * entries.entry(which, j, j).sqrt();
-            let same = Named(name, value).stated(
+            let same = Named(beside, value).stated(
                 (value - mirrored).abs() <= rounding * of_both,
                 "equal the entry across the diagonal: the matrix must be symmetric",
             );
             ParameterError::of_component(i, same)?;
-            let bounded = Named(name, value).stated(
+            let bounded = Named(beside, value).stated(
                 value.abs() <= of_both * (T::one() + rounding),
                 "be at most √(aᵢᵢ aⱼⱼ): the matrix must not have a negative eigenvalue",
             );

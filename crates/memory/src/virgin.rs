@@ -37,7 +37,8 @@ pub fn coefficient<T: Scalar>(elements: &[Element<T>], deflection: T) -> T {
 }
 
 /// The elements of a piecewise-linear curve that bends at each of its points, begins at zero and is
-/// level after the last: it is met exactly.
+/// level after the last: it is met exactly if its last coefficient is that of the friction curve at
+/// rest. Otherwise every yield length is scaled to it.
 ///
 /// # Errors
 ///

@@ -34,12 +34,27 @@ fn matrices_that_are_not_what_they_must_be_are_refused() {
     refused(dense([2.0, 2.0, 2.0, 2.0], ZERO, ZERO), "pivot of mass[1] is 0, but must be positive");
     refused(dense([1.0, 0.0, 0.0, 0.0], ZERO, ZERO), "mass[1] is 0, but must");
     refused(dense([1.0, 0.0, 0.0, f64::NAN], ZERO, ZERO), "mass[1] is NaN, but must");
-    refused(dense(ONE, negative, ZERO), "damping[1] is 2, but must be at most √(aᵢᵢ aⱼⱼ)");
-    refused(dense(ONE, [0.0, 1.0, 1.0, 1.0], ZERO), "damping[1] is 1, but must be at most");
+    refused(
+        dense(ONE, negative, ZERO),
+        "entry of damping in row[1] is 2, but must be at most √(aᵢᵢ aⱼⱼ)",
+    );
+    refused(
+        dense(ONE, [0.0, 1.0, 1.0, 1.0], ZERO),
+        "entry of damping in row[1] is 1, but must be at most",
+    );
     refused(dense(ONE, [-1.0, 0.0, 0.0, 1.0], ZERO), "damping[0] is -1, but must lie between");
-    refused(dense(ONE, ZERO, [1.0, 0.5, 0.4, 1.0]), "stiffness[1] is 0.4, but must equal");
-    refused(dense(ONE, ZERO, [1.0, f64::NAN, 0.0, 1.0]), "stiffness[1] is NaN, but must");
-    refused(dense(ONE, ZERO, [1.0, 0.0, f64::INFINITY, 1.0]), "stiffness[1] is inf, but must");
+    refused(
+        dense(ONE, ZERO, [1.0, 0.5, 0.4, 1.0]),
+        "entry of stiffness in row[1] is 0.4, but must equal",
+    );
+    refused(
+        dense(ONE, ZERO, [1.0, f64::NAN, 0.0, 1.0]),
+        "entry of stiffness in row[1] is NaN, but must",
+    );
+    refused(
+        dense(ONE, ZERO, [1.0, 0.0, f64::INFINITY, 1.0]),
+        "entry of stiffness in row[1] is inf, but must",
+    );
     // Three springs whose sum has the eigenvalue −0.8: no pair of entries shows it.
     let row = [1.0, -0.9, -0.9, -0.9, 1.0, -0.9, -0.9, -0.9, 1.0];
     let matrices = |damping, stiffness| Matrices {
@@ -131,7 +146,7 @@ fn a_step_refuses_lengths_and_loads() {
     refused(step(0.1, &[0.0], &[], &[1.0]), "there must be 2 loads, not 1");
     refused(step(0.1, &[0.0], &[], &[-1.0, 0.0]), "load[0] is -1, but must lie between");
     refused(step(0.1, &[0.0], &[], &[1.0, f64::NAN]), "load[1] is NaN, but must");
-    refused(step(0.1, &[0.0], &[], &[1.0, 1.0]), "load[1] is 1, but must be zero: the contact was");
+    refused(step(0.1, &[0.0], &[], &[1.0, 1.0]), "load[1] is 1, but must be zero: build its");
     // As one that was not asked before.
     let (x, v) = (&mut [0.1], &mut [0.2]);
     let (mut untouched, inputs) = (start, Inputs::force(&[0.0]));
