@@ -17,9 +17,7 @@ const ROUNDING: f64 = 1e-14;
 
 const INFINITY: f64 = f64::INFINITY;
 
-// ---------------------------------------------------------------------------------------------
 // Values
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn every_curve_is_its_closed_form() {
@@ -167,9 +165,7 @@ fn lugres_force_hardly_changes_where_the_two_directions_hardly_differ() {
     assert_within(1e-11, 1.0, force(0.2 - 1e-12), 1.2, || "σ2 hardly smaller backwards".into());
 }
 
-// ---------------------------------------------------------------------------------------------
 // Branches
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn a_branch_gives_speed_and_direction() {
@@ -310,9 +306,7 @@ fn a_table_continues_its_first_cubic_to_speeds_of_the_wrong_sign() {
     }
 }
 
-// ---------------------------------------------------------------------------------------------
 // Bounds
-// ---------------------------------------------------------------------------------------------
 
 /// Extreme of a function of the speed by sampling and golden-section refinement about the best
 /// sample; `sign` +1 for the largest, −1 for the smallest value. Kinks can be as close together
@@ -446,9 +440,7 @@ fn ranges_unite_and_know_a_constant() {
     assert!(Bounds::constant(0.3).is_constant() && !a.is_constant());
 }
 
-// ---------------------------------------------------------------------------------------------
 // Tables
-// ---------------------------------------------------------------------------------------------
 
 /// Tables of five to many knots at random distances and heights.
 fn knots() -> impl Strategy<Value = [(f64, f64); 6]> {
@@ -561,9 +553,7 @@ fn two_knots_make_a_line_or_an_arc_that_ends_level() {
     assert_eq!(falling.bounds(INFINITY), Bounds { min: 0.2, max: 0.4 });
 }
 
-// ---------------------------------------------------------------------------------------------
 // Regularisations
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn every_regularisation_is_its_closed_form() {

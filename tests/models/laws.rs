@@ -2,18 +2,16 @@
 //! that claims it; and a counterexample for every law that one denies.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle::curve::{FrictionCurve, FunctionCurve};
-use bristle::regularisation::SquareRoot;
-use bristle::rheology::Deflection;
-use bristle::{Affine, Bounds, Bristle, Contact, FrBd, Law, LuGre, Scalar};
+use bristle::curve::FunctionCurve;
+use bristle::{Affine, AnyBristle, Bounds, Bristle, FrBd, Law, LuGre, Surface};
 use bristle_specimens::closed_form::{ClosedForm, Curve, Element, Family, Modulus};
 use bristle_specimens::own_rheology::own_element;
-use bristle_specimens::recipe::{Recipe, State, decades, recipe, state};
+use bristle_specimens::recipe::{Recipe, State, decades, recipe, scale, state};
 use bristle_specimens::specimens::{
-    Specimen, coulomb, dahl, elasto_plastic, hyperbolic_tangent, kelvin_voigt, rational, specimens,
-    spring, square_root, stribeck, table_2_bristle, table_2_curve, varying_stiffness,
+    Specimen, coulomb, dahl, elasto_plastic, kelvin_voigt, specimens, spring, square_root,
+    stribeck, table_2_bristle, table_2_curve, varying_stiffness,
 };
-use bristle_specimens::{assert_within, check, integral, root};
+use bristle_specimens::{assert_affine, assert_within, check, integral, root, runge_kutta};
 use proptest::prelude::*;
 
 /// What a handful of roundings may cost, relative to the sum of the absolute terms. The longest
@@ -21,11 +19,11 @@ use proptest::prelude::*;
 /// speed) and products λh up to 700 in an exponent lose two digits more.
 const ROUNDING: f64 = 1e-12;
 
-/// Runs a check over every specimen at random parameters and states.
+/// Runs a check over every specimen at random parameters, loads and states.
 fn every_specimen(cases: u32, test: impl Fn(&Specimen<f64>, &State)) {
-    check(cases, (recipe(), state()), |(recipe, state)| {
+    check(cases, (recipe(), state(), scale()), |(recipe, state, scale)| {
         for specimen in specimens(&recipe) {
-            test(&specimen, &state);
+            test(&specimen.under(scale), &state);
         }
     });
 }
@@ -34,7 +32,9 @@ fn every_specimen(cases: u32, test: impl Fn(&Specimen<f64>, &State)) {
 fn every_claimant(law: Law, cases: u32, test: impl Fn(&Specimen<f64>, &State)) {
     let claims = std::cell::Cell::new(0);
     every_specimen(cases, |specimen, state| {
-        if specimen.subject.obeys(law) {
+        // Under a larger load than it was made for an implicit bristle may have several tips.
+        let folded = specimen.is_implicit() && specimen.form.scale > 1.0;
+        if specimen.subject.model().obeys(law) && !folded {
             claims.set(claims.get() + 1);
             test(specimen, state);
         }
@@ -54,78 +54,56 @@ fn deflection(specimen: &Specimen<f64>, state: &State) -> f64 {
     state.fraction * deflection_limit(specimen, state.velocity.abs())
 }
 
-// ---------------------------------------------------------------------------------------------
 // The coefficients
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn the_four_coefficients_are_the_closed_forms() {
     every_specimen(64, |specimen, state| {
         let (v, z) = (state.velocity, deflection(specimen, state));
-        let affine = specimen.subject.affine(v.into(), z);
-        let want = specimen.form.coefficients(v, z);
-        let terms = specimen.form.terms(v, z);
-        let name = |what| move || format!("{} {what} at v = {v:e}, z = {z:e}", specimen.name());
-        for (got, want, terms, what) in [
-            (affine.relaxation, want.relaxation, terms.relaxation, "λ"),
-            (affine.drive, want.drive, terms.drive, "r"),
-            (affine.stiffness, want.stiffness, terms.stiffness, "c₀"),
-            (affine.damping, want.damping, terms.damping, "c₂"),
-        ] {
-            assert_within(ROUNDING, terms, got, want, name(what));
-        }
+        let (form, got) = (&specimen.form, specimen.subject.affine(v, z));
+        assert_affine(ROUNDING, form.terms(v, z), got, form.coefficients(v, z), || {
+            format!("{} at v = {v:e}, z = {z:e}", specimen.name())
+        });
     });
 }
 
 #[test]
-fn rate_force_and_response_are_the_affine_forms() {
+fn rate_and_force_are_the_affine_forms() {
     every_specimen(32, |specimen, state| {
         let (v, z) = (state.velocity, deflection(specimen, state));
         let (subject, p) = (&specimen.subject, specimen.form.recipe.load);
-        let a = subject.affine(v.into(), z);
-        let (rate, force) = subject.response(v.into(), z);
-        // The same two products and one sum, so the same roundings but for the load.
-        assert_within(
-            4.0 * f64::EPSILON,
-            (a.relaxation * z).abs() + (a.drive * v).abs(),
-            rate,
-            a.drive * v - a.relaxation * z,
-            || format!("{} ż", specimen.name()),
-        );
-        assert_within(
-            4.0 * f64::EPSILON,
-            p * ((a.stiffness * z).abs() + (a.damping * v).abs()),
-            force,
-            p * (a.stiffness * z + a.damping * v),
-            || format!("{} F", specimen.name()),
-        );
-        assert_eq!(subject.rate(v.into(), z), rate, "{}", specimen.name());
-        assert_eq!(subject.force(v.into(), z), force, "{}", specimen.name());
+        let a = subject.affine(v, z);
+        for (got, terms) in [
+            (subject.rate(v, z), [a.drive * v, -a.relaxation * z]),
+            (subject.force(v, z), [p * a.stiffness * z, p * a.damping * v]),
+        ] {
+            // The same two products and one sum, so the same roundings but for the load.
+            let (sum, want) = (terms[0].abs() + terms[1].abs(), terms[0] + terms[1]);
+            assert_within(4.0 * f64::EPSILON, sum, got, want, || specimen.name());
+        }
     });
 }
 
-// ---------------------------------------------------------------------------------------------
 // Limits that a reader can derive
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn steady_sliding_reproduces_the_curve() {
     every_claimant(Law::SteadySliding, 64, |specimen, state| {
         let (v, form) = (state.velocity, &specimen.form);
-        let z = specimen.subject.stationary(v.into());
+        let z = specimen.subject.stationary(v);
         let name = || format!("{} at v = {v:e}", specimen.name());
         let dry = form.recipe.load * form.mu(v) * form.sign(v);
         let viscous = form.recipe.load * form.outside() * v;
         // The two terms of the force at z_ss are added up from c₀z and c₂v.
         let (c, scale) = (form.terms(v, z), form.recipe.load * form.mu(v));
         let terms = form.recipe.load * (c.stiffness * z.abs() + c.damping * v.abs()) + scale;
-        assert_within(ROUNDING, terms, specimen.subject.force(v.into(), z), dry + viscous, name);
+        assert_within(ROUNDING, terms, specimen.subject.force(v, z), dry + viscous, name);
         // Given on purpose, it does not suffer from LuGre's difference c₀z + c₂v.
         let scale = scale + viscous.abs();
-        let force = specimen.subject.stationary_force(v.into());
+        let force = specimen.subject.stationary_force(v);
         assert_within(ROUNDING, scale, force, dry + viscous, name);
         let terms = c.relaxation * z.abs() + c.drive * v.abs();
-        assert_within(ROUNDING, terms, specimen.subject.rate(v.into(), z), 0.0, name);
+        assert_within(ROUNDING, terms, specimen.subject.rate(v, z), 0.0, name);
     });
 }
 
@@ -135,60 +113,41 @@ fn the_stationary_deflection_carries_the_whole_curve() {
     every_specimen(32, |specimen, state| {
         let (v, form) = (state.velocity, &specimen.form);
         let want = form.sign(v) * form.mu(v) / form.sigma0(v);
-        assert_within(ROUNDING, want.abs(), specimen.subject.stationary(v.into()), want, || {
+        assert_within(ROUNDING, want.abs(), specimen.subject.stationary(v), want, || {
             format!("{} at v = {v:e}", specimen.name())
         });
     });
 }
 
-/// Two models that must be the same: rate, force, and the limits, up to a few roundings.
+/// Two models that must be the same, up to a reciprocal more or less.
 fn assert_same<A, B>(a: &A, b: &B, v: f64, z: f64, what: &str)
 where
     A: Bristle<f64, Deflection = f64>,
     B: Bristle<f64, Deflection = f64>,
 {
-    let (x, y) = (a.affine(v.into(), z), b.affine(v.into(), z));
-    for (x, y) in [
-        (x.relaxation, y.relaxation),
-        (x.drive, y.drive),
-        (x.stiffness, y.stiffness),
-        (x.damping, y.damping),
-        (a.stationary(v), b.stationary(v)),
-        (a.storage_stiffness(), b.storage_stiffness()),
-    ] {
-        // A reciprocal more or less.
-        assert_within(4.0 * f64::EPSILON, y.abs(), x, y, || format!("{what} at v = {v:e}"));
-    }
+    let want = b.affine(v.into(), z);
+    assert_affine(4.0 * f64::EPSILON, want, a.affine(v.into(), z), want, || what.into());
+    let (got, want) = (a.stationary(v), b.stationary(v));
+    assert_within(4.0 * f64::EPSILON, want.abs(), got, want, || what.into());
 }
 
 #[test]
-fn an_undamped_frbd_model_of_a_constant_curve_is_dahls() {
-    check(128, (recipe(), state()), |(recipe, state)| {
-        let recipe = Recipe { viscous: 0.0, ..recipe };
-        let z = state.fraction * recipe.dynamic / recipe.stiffness;
-        let frbd = FrBd::new(coulomb(&recipe), spring(recipe.stiffness));
-        assert_same(&frbd, &dahl(&recipe), state.velocity, z, "FrBD and Dahl");
-        let damped = FrBd::new(coulomb(&recipe), kelvin_voigt(recipe.stiffness, 0.0));
-        assert_same(&damped, &dahl(&recipe), state.velocity, z, "FrBD with σ1 = 0 and Dahl");
-    });
-}
-
-#[test]
-fn lugre_without_damping_and_viscosity_is_frbd_on_a_spring() {
-    check(128, (recipe(), state()), |(recipe, state)| {
-        let recipe = Recipe { viscous: 0.0, ..recipe };
+fn where_a_parameter_vanishes_one_model_is_another() {
+    check(128, (recipe(), state(), 1.0..10.0), |(recipe, state, beyond)| {
+        let v = state.velocity;
+        let dry = Recipe { viscous: 0.0, ..recipe };
+        let (curve, undamped) = (stribeck(&dry, 2.0), spring(recipe.stiffness));
         let z = state.fraction * recipe.static_ / recipe.stiffness;
-        let curve = || stribeck(&recipe, 2.0);
-        let undamped = || kelvin_voigt(recipe.stiffness, 0.0);
-        let frbd = FrBd::new(curve(), spring(recipe.stiffness));
-        let (v, e) = (state.velocity, square_root(&recipe));
-        assert_same(&LuGre::classical(curve(), undamped()), &frbd, v, z, "classical LuGre");
-        let inside = LuGre::with_viscous_friction(curve(), undamped(), 0.0).unwrap();
-        assert_same(&inside, &frbd, v, z, "LuGre, viscous part inside");
-        assert_same(&inside.regularised(e), &frbd.regularised(e), v, z, "regularised LuGre");
-        for law in Law::ALL {
-            assert_eq!(inside.obeys(law), frbd.obeys(law), "{law}");
-        }
+        assert_same(&FrBd::new(coulomb(&dry), undamped), &dahl(&dry), v, z, "FrBD is Dahl's");
+        let frbd = FrBd::new(curve, undamped);
+        assert_same(&LuGre::classical(curve, undamped), &frbd, v, z, "LuGre's is FrBD");
+        // An elasto-plastic bristle beyond its full deflection, by one rounding at least.
+        let damped = kelvin_voigt(recipe.stiffness, recipe.damping);
+        let stick_limit = recipe.stick_fraction * recipe.dynamic / recipe.stiffness;
+        let plastic = elasto_plastic(curve, damped, stick_limit);
+        let v = if v == 0.0 { 1.0 } else { v };
+        let z = beyond * (1.0 + 1e-15) * plastic.stationary(v);
+        assert_same(&plastic, &FrBd::new(curve, damped), v, z, "α = 1");
     });
 }
 
@@ -202,28 +161,6 @@ fn lugre_of_an_frbd_model_has_its_parts_and_no_negative_viscous_friction() {
         assert!(LuGre::of_frbd(frbd, refused).coefficient(1.0, 0.0).is_nan());
         assert!(LuGre::with_viscous_friction(curve, bristle, refused).is_err());
     }
-}
-
-#[test]
-fn an_elasto_plastic_bristle_beyond_its_full_deflection_is_frbds() {
-    check(128, (recipe(), state(), 1.0..10.0), |(recipe, state, beyond)| {
-        let (curve, bristle) =
-            (stribeck(&recipe, 0.7), kelvin_voigt(recipe.stiffness, recipe.damping));
-        let stick_limit = recipe.stick_fraction * recipe.dynamic / recipe.stiffness;
-        let plastic = elasto_plastic(curve, bristle, stick_limit);
-        let v = if state.velocity == 0.0 { 1.0 } else { state.velocity };
-        // One rounding above z_m at least.
-        let z = beyond * (1.0 + 1e-15) * plastic.stationary(v);
-        assert_eq!(plastic.plasticity(v, z), 1.0);
-        assert_same(&plastic, &FrBd::new(curve, bristle), v, z, "α = 1");
-        let (plastic, frbd) = (
-            plastic.regularised(square_root(&recipe)),
-            FrBd::new(curve, bristle).regularised(square_root(&recipe)),
-        );
-        let z =
-            beyond * (1.0 + 1e-15) * curve.coefficient(v.into()) * v.signum() / recipe.stiffness;
-        assert_same(&plastic, &frbd, v, z, "α = 1, regularised");
-    });
 }
 
 #[test]
@@ -253,9 +190,7 @@ fn plasticity_rises_from_zero_at_the_stick_limit_to_one_at_full_deflection() {
     assert!(model.rate(0.1, f64::NAN).is_nan());
 }
 
-// ---------------------------------------------------------------------------------------------
 // Secant law
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn the_bristle_is_in_series_with_a_dashpot_frozen_at_the_rigid_velocity() {
@@ -268,9 +203,9 @@ fn the_bristle_is_in_series_with_a_dashpot_frozen_at_the_rigid_velocity() {
 /// v_s − s F/p with the compliance s = |v|_ε/μ, and the sum of its absolute terms.
 fn secant_violation(specimen: &Specimen<f64>, v: f64, z: f64) -> (f64, f64) {
     let (form, terms) = (&specimen.form, specimen.form.terms(v, z));
-    let compliance = form.speed(v) / form.curve.mu(&form.recipe, v);
-    let sliding = v - specimen.subject.rate(v.into(), z);
-    let force = specimen.subject.force(v.into(), z) / form.recipe.load;
+    let compliance = form.speed(v) / (form.scale * form.curve.mu(&form.recipe, v));
+    let sliding = v - specimen.subject.rate(v, z);
+    let force = specimen.subject.force(v, z) / form.recipe.load;
     let sum = v.abs()
         + terms.drive * v.abs()
         + terms.relaxation * z.abs()
@@ -278,16 +213,7 @@ fn secant_violation(specimen: &Specimen<f64>, v: f64, z: f64) -> (f64, f64) {
     (sliding - compliance * force, sum)
 }
 
-// ---------------------------------------------------------------------------------------------
 // energy
-// ---------------------------------------------------------------------------------------------
-
-/// F v − Ẇ from force and rate alone, for a bristle of any state.
-fn power_balance<M: Bristle<f64>>(contact: &Contact<f64, M>, v: f64, z: M::Deflection) -> f64 {
-    let storage = contact.model().storage_stiffness();
-    let released = storage.scaled_by(z).inner_product(contact.rate(v, z));
-    contact.force(v, z) * v - contact.normal_force() * released
-}
 
 #[test]
 fn the_dissipated_power_is_the_work_less_what_is_stored() {
@@ -298,8 +224,8 @@ fn the_dissipated_power_is_the_work_less_what_is_stored() {
             let name = || format!("{} at v = {v:e}, z = {z:e}", specimen.name());
             let terms = specimen.form.power_terms(v, z) + specimen.form.power_by_alpha(v, z);
             let stored = specimen.form.recipe.load * specimen.form.storage() * z;
-            let balance = subject.force(v.into(), z) * v - stored * subject.rate(v.into(), z);
-            let dissipated = subject.dissipated_power(v.into(), z);
+            let balance = subject.force(v, z) * v - stored * subject.rate(v, z);
+            let dissipated = subject.dissipated_power(v, z);
             assert_within(ROUNDING, terms, dissipated, balance, name);
             assert_within(ROUNDING, terms, dissipated, specimen.form.dissipation(v, z), name);
             let energy = 0.5 * stored * z;
@@ -312,7 +238,7 @@ fn the_dissipated_power_is_the_work_less_what_is_stored() {
 fn friction_never_gives_more_energy_than_it_stored() {
     every_claimant(Law::Passivity, 96, |specimen, state| {
         let (v, z) = (state.velocity, deflection(specimen, state));
-        let power = specimen.subject.dissipated_power(v.into(), z);
+        let power = specimen.subject.dissipated_power(v, z);
         let terms = specimen.form.power_terms(v, z);
         assert!(
             power >= -ROUNDING * terms,
@@ -334,7 +260,7 @@ fn frbd_dissipates_in_its_surface_and_in_its_dashpot_each_for_itself() {
         let (v, form, subject) = (state.velocity, &specimen.form, &specimen.subject);
         let z = 3.0 * deflection(specimen, state);
         let name = || format!("{} at v = {v:e}, z = {z:e}", specimen.name());
-        let (rate, force) = (subject.rate(v.into(), z), subject.force(v.into(), z));
+        let (rate, force) = (subject.rate(v, z), subject.force(v, z));
         let surface = force * (v - rate);
         let dashpot = form.recipe.load * form.sigma1(v) * rate * rate;
         let terms = form.terms(v, z);
@@ -349,7 +275,7 @@ fn frbd_dissipates_in_its_surface_and_in_its_dashpot_each_for_itself() {
         assert!(surface >= -ROUNDING * sum, "{}: F v_s = {surface:e}", name());
         // What the library adds up for this family has no negative term, so it is accurate
         // relative to itself, and its sign is beyond rounding.
-        let power = subject.dissipated_power(v.into(), z);
+        let power = subject.dissipated_power(v, z);
         // The tip velocity has an error that is not relative to itself.
         let by_tip = if specimen.is_implicit() { sum } else { 0.0 };
         assert_within(ROUNDING, want + form.power_by_alpha(v, z) + by_tip, power, want, name);
@@ -357,9 +283,7 @@ fn frbd_dissipates_in_its_surface_and_in_its_dashpot_each_for_itself() {
     });
 }
 
-// ---------------------------------------------------------------------------------------------
 // bounds
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn the_deflection_turns_back_at_its_limit() {
@@ -368,7 +292,7 @@ fn the_deflection_turns_back_at_its_limit() {
         for fastest in [v.abs(), 10.0 * v.abs(), f64::INFINITY] {
             let Some(limit) = specimen.subject.limits(fastest).deflection else { continue };
             for z in [limit, -limit] {
-                let rate = specimen.subject.rate(v.into(), z);
+                let rate = specimen.subject.rate(v, z);
                 let terms = specimen.form.terms(v, z);
                 let sum = terms.relaxation * limit + terms.drive * v.abs();
                 assert!(
@@ -408,73 +332,46 @@ fn the_deflection_stays_within_its_limit_over_any_sequence_of_steps() {
     });
 }
 
-#[test]
-fn the_force_stays_within_the_curve() {
-    every_claimant(Law::BoundedForce, 64, |specimen, state| {
-        let (v, form) = (state.velocity, &specimen.form);
-        for fastest in [v.abs(), 10.0 * v.abs(), f64::INFINITY] {
-            let limits = specimen.subject.limits(fastest);
-            let Some(z) = limits.deflection.map(|limit| state.fraction * limit) else { continue };
-            let limit = limits.force.expect("a bounded deflection bounds the force");
-            let force = specimen.subject.force(v.into(), z);
-            assert!(
-                force.abs() <= limit * (1.0 + ROUNDING),
-                "{}: {force:e} beyond {limit:e} at v = {v:e}, z = {z:e}",
-                specimen.name()
-            );
-            // And the limit is p max μ; for the value of the maximum see tests/models/curves.rs.
-            assert!(limit >= form.recipe.load * form.mu(v) * (1.0 - ROUNDING));
-            assert_within(
-                ROUNDING,
-                limit,
-                limits.deflection.unwrap() * form.recipe.stiffness * form.recipe.load,
-                limit,
-                || specimen.name(),
-            );
-        }
-    });
-}
-
+/// What a law promises for every velocity is given as a limit; a model that denies it may know a
+/// limit for some velocities.
 #[test]
 fn every_limit_that_is_given_holds() {
-    // Also for models that deny the law for every velocity but know a limit for some.
-    every_specimen(64, |specimen, state| {
-        let v = state.velocity;
+    every_specimen(96, |specimen, state| {
+        let (v, form, subject) = (state.velocity, &specimen.form, &specimen.subject);
+        let obeys = |law| subject.model().obeys(law);
         for fastest in [v.abs(), 10.0 * v.abs(), f64::INFINITY] {
-            let limits = specimen.subject.limits(fastest);
-            for scale in [1.0, 3.0] {
-                let Some(z) = limits.deflection.map(|limit| state.fraction * limit) else {
-                    continue;
-                };
-                if let Some(limit) = limits.force {
-                    let force = specimen.subject.force(v.into(), z);
-                    assert!(force.abs() <= limit * (1.0 + ROUNDING), "{}", specimen.name());
-                }
-                if let Some(limit) = limits.relaxation_rate {
-                    // At any deflection: α is largest far out.
-                    let rate = specimen.subject.affine(v.into(), scale * z).relaxation;
-                    assert!(
-                        rate <= limit * (1.0 + ROUNDING),
-                        "{}: λ = {rate:e} beyond {limit:e} at v = {v:e}",
-                        specimen.name()
-                    );
-                }
-            }
+            let limits = subject.limits(fastest);
+            let name = || format!("{} at v = {v:e}, up to {fastest:e}", specimen.name());
             if fastest.is_finite() && fastest > 0.0 {
-                assert!(limits.deflection.is_some() && limits.relaxation_rate.is_some());
+                assert!(limits.deflection.is_some(), "{}", name());
+                assert_eq!(limits.relaxation_rate.is_some(), form.scale == 1.0, "{}", name());
             }
-        }
-    });
-}
-
-#[test]
-fn the_relaxation_rate_has_a_limit_for_every_velocity() {
-    every_claimant(Law::BoundedRelaxation, 64, |specimen, state| {
-        let limit = specimen.subject.limits(f64::INFINITY).relaxation_rate.unwrap();
-        let z = deflection(specimen, state);
-        for v in [state.velocity, 1e6 * state.velocity, -1e12] {
-            let rate = specimen.subject.affine(v.into(), z).relaxation;
-            assert!(rate <= limit * (1.0 + ROUNDING), "{}: {rate:e}", specimen.name());
+            if let (Some(limit), Some(most)) = (limits.force, limits.deflection) {
+                let force = subject.force(v, state.fraction * most).abs();
+                assert!(force <= limit * (1.0 + ROUNDING), "{}: F = {force:e}", name());
+            }
+            if obeys(Law::BoundedForce)
+                && let Some(most) = limits.deflection
+            {
+                // p max μ; for the value of the maximum see tests/models/curves.rs.
+                let limit = limits.force.expect("a bounded deflection bounds the force");
+                assert!(limit >= form.recipe.load * form.mu(v) * (1.0 - ROUNDING), "{}", name());
+                let carried = most * form.recipe.stiffness * form.recipe.load;
+                assert_within(ROUNDING, limit, carried, limit, name);
+            }
+            if let Some(limit) = limits.relaxation_rate {
+                let most = limits.deflection.unwrap_or_else(|| deflection_limit(specimen, v.abs()));
+                // At any deflection, for α is largest far out, and at any velocity of the range.
+                let faster = [v, 1e6 * v, -1e12];
+                let velocities = if fastest.is_finite() { &faster[..1] } else { &faster };
+                for (&v, size) in velocities.iter().flat_map(|v| [(v, 1.0), (v, 3.0)]) {
+                    let rate = subject.affine(v, size * state.fraction * most).relaxation;
+                    assert!(rate <= limit * (1.0 + ROUNDING), "{}: λ = {rate:e}", name());
+                }
+            } else {
+                let claimed = obeys(Law::BoundedRelaxation) && form.scale == 1.0;
+                assert!(!claimed || fastest == 0.0, "{}: no limit of λ", name());
+            }
         }
     });
 }
@@ -483,36 +380,16 @@ fn the_relaxation_rate_has_a_limit_for_every_velocity() {
 fn the_relaxation_limit_of_frbd_is_stiffness_over_damping_and_viscosity() {
     // σ0/(σ1 + σ2), with ε > 0 provided that σ2 |0|_ε ≤ μ_d.
     check(128, recipe(), |r| {
-        let limit = |model: &dyn Fn() -> Option<f64>| model();
-        let want = r.stiffness / (r.damping + r.viscous);
-        let frbd = || FrBd::new(stribeck(&r, 2.0), kelvin_voigt(r.stiffness, r.damping));
-        let plastic = || {
-            let stick_limit = 0.5 * r.dynamic / r.stiffness;
-            elasto_plastic(stribeck(&r, 2.0), kelvin_voigt(r.stiffness, r.damping), stick_limit)
-        };
-        let covered = |at_rest: f64| r.viscous * at_rest <= r.dynamic * (1.0 - ROUNDING);
-        let infinity = f64::INFINITY;
-        let (e, t) = (square_root(&r), hyperbolic_tangent(&r));
-        for (applies, limit) in [
-            (true, limit(&|| frbd().limits(infinity).relaxation_rate)),
-            (true, limit(&|| plastic().limits(infinity).relaxation_rate)),
-            (
-                covered(r.epsilon.sqrt()),
-                limit(&|| frbd().regularised(e).limits(infinity).relaxation_rate),
-            ),
-            (
-                covered(r.threshold),
-                limit(&|| frbd().regularised(t).limits(infinity).relaxation_rate),
-            ),
-            (
-                covered(r.epsilon.sqrt()),
-                limit(&|| plastic().regularised(e).limits(infinity).relaxation_rate),
-            ),
-        ] {
-            if applies && want.is_finite() {
-                assert_within(ROUNDING, want, limit.unwrap(), want, || "σ0/(σ1 + σ2)".into());
-            } else if !want.is_finite() {
-                assert_eq!(limit, None);
+        for specimen in specimens::<f64>(&r) {
+            let form = &specimen.form;
+            let plain = form.curve == Curve::Stribeck(2.0) && form.damping == Element::Constant;
+            let family = matches!(form.family, Family::FrBd | Family::ElastoPlastic);
+            let covered = r.viscous * form.modulus.at_rest(&r) <= r.dynamic * (1.0 - ROUNDING);
+            if plain && family && covered && form.stiffness == Element::Constant {
+                let want = r.stiffness / (r.damping + r.viscous);
+                let got = specimen.subject.limits(f64::INFINITY).relaxation_rate;
+                let got = got.unwrap_or(f64::INFINITY);
+                assert!((got - want).abs() <= ROUNDING * want || got == want, "{got} {want}");
             }
         }
     });
@@ -551,15 +428,17 @@ fn the_relaxation_limits_of_table_2_are_known() {
     assert_eq!(LuGre::classical(curve(), bristle()).limits(f64::INFINITY).relaxation_rate, None);
 }
 
-// ---------------------------------------------------------------------------------------------
 // LuGre
-// ---------------------------------------------------------------------------------------------
 
-/// Classical LuGre with σ2 at a multiple of Barabanov and Ortega's threshold.
-fn at_threshold(r: &Recipe, multiple: f64) -> (Recipe, f64) {
+/// Classical LuGre with σ2 at a multiple of Barabanov and Ortega's threshold, under s times its
+/// reference load.
+fn at_threshold(r: &Recipe, multiple: f64, scale: f64) -> Specimen<f64> {
     let threshold = r.damping * (r.static_ - r.dynamic) / r.dynamic;
-    let recipe = Recipe { viscous: multiple * threshold, ..*r };
-    (recipe, recipe.static_ / recipe.stiffness)
+    let r = Recipe { viscous: multiple * threshold, ..*r };
+    let form = closed(&r, Family::LuGreClassical, Curve::Stribeck(2.0), Element::Constant);
+    let model = LuGre::classical(stribeck(&r, 2.0), kelvin_voigt(r.stiffness, r.damping));
+    let subject = AnyBristle::own(model).under_load(r.load).unwrap();
+    Specimen { subject, form }.under(scale)
 }
 
 /// Parameters for which the passivity threshold is neither zero nor out of bounds.
@@ -572,40 +451,36 @@ fn lugre_recipe() -> impl Strategy<Value = Recipe> {
 }
 
 #[test]
-fn lugre_is_passive_just_above_the_threshold_of_viscous_friction() {
-    check(256, (lugre_recipe(), state()), |(r, state)| {
+fn lugre_is_passive_just_above_the_threshold_of_viscous_friction_under_any_load() {
+    check(256, (lugre_recipe(), state(), scale()), |(r, state, scale)| {
         // Above by more than the roundings of the threshold itself.
-        let (r, limit) = at_threshold(&r, 1.0 + 1e-9);
-        let model = LuGre::classical(stribeck(&r, 2.0), kelvin_voigt(r.stiffness, r.damping));
-        assert!(model.obeys(Law::Passivity));
-        let form = closed(&r, Family::LuGreClassical, Curve::Stribeck(2.0), Element::Constant);
-        let contact = model.under_load(r.load).unwrap();
+        let specimen = at_threshold(&r, 1.0 + 1e-9, scale);
+        assert!(specimen.subject.model().obeys(Law::Passivity));
+        let limit = scale * r.static_ / r.stiffness;
         for (v, z) in [
             (state.velocity, state.fraction * limit),
             // Where it is tight: fast sliding against the largest deflection.
             (1e3 * r.stribeck_velocity, limit),
             (-1e12, -limit),
         ] {
-            let power = contact.dissipated_power(v, z);
-            assert!(power >= -ROUNDING * form.power_terms(v, z), "v = {v:e}, z = {z:e}: {power:e}");
-            let balance = power_balance(&contact, v, z);
-            assert!(balance >= -ROUNDING * form.power_terms(v, z));
+            let power = specimen.subject.dissipated_power(v, z);
+            let terms = specimen.form.power_terms(v, z);
+            assert!(power >= -ROUNDING * terms, "v = {v:e}, z = {z:e}, s = {scale}: {power:e}");
         }
     });
 }
 
 #[test]
-fn lugre_gives_energy_just_below_the_threshold_of_viscous_friction() {
-    check(256, lugre_recipe(), |r| {
-        let (r, limit) = at_threshold(&r, 0.99);
-        let model = LuGre::classical(stribeck(&r, 2.0), kelvin_voigt(r.stiffness, r.damping));
-        assert!(!model.obeys(Law::Passivity));
-        // At z = μ_s/σ0 and v ≫ v_S, (F v − Ẇ)/p = v²(σ2 − σ1(μ_s−μ_d)/μ_d) + |v|μ_s²/μ_d.
-        let missing = r.damping * (r.static_ - r.dynamic) / r.dynamic - r.viscous;
+fn lugre_gives_energy_just_below_the_threshold_of_viscous_friction_under_any_load() {
+    check(256, (lugre_recipe(), scale()), |(r, scale)| {
+        let specimen = at_threshold(&r, 0.99, scale);
+        assert!(!specimen.subject.model().obeys(Law::Passivity));
+        // At z = s μ_s/σ0 and v ≫ v_S,
+        // (F v − Ẇ)/P = s (v²(σ2 − σ1(μ_s − μ_d)/μ_d) + |v|μ_s²/μ_d).
+        let missing = 0.01 * r.damping * (r.static_ - r.dynamic) / r.dynamic;
         let v = 10.0 * r.stribeck_velocity + 2.0 * r.static_ * r.static_ / (r.dynamic * missing);
-        let contact = model.under_load(r.load).unwrap();
-        assert!(contact.dissipated_power(v, limit) < 0.0);
-        assert!(power_balance(&contact, v, limit) < 0.0);
+        let limit = scale * r.static_ / r.stiffness;
+        assert!(specimen.subject.dissipated_power(v, limit) < 0.0, "s = {scale}");
     });
 }
 
@@ -670,9 +545,7 @@ fn the_energy_machine_draws_energy_from_lugre_and_none_from_frbd() {
     }
 }
 
-// ---------------------------------------------------------------------------------------------
 // elements that depend on the velocity
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn a_stiffness_that_depends_on_the_velocity_needs_enough_damping() {
@@ -733,40 +606,22 @@ fn without_damping_a_varying_stiffness_always_gives_energy_somewhere() {
         // Half of the deflection at which (sσ0|v|/μ)z² outweighs |σ0 − s||z v|.
         let z = -0.5 * change * v.signum() * form.mu(v) / (r.stiffness * form.sigma0(v));
         assert!(contact.dissipated_power(v, z) < 0.0);
-        assert!(power_balance(&contact, v, z) < 0.0);
     });
 }
 
-#[test]
-fn a_damping_that_depends_on_the_velocity_never_hurts_frbd() {
-    // The property itself runs over all claimants above; here that these are among them.
-    let claims = specimens::<f64>(&Recipe::TABLE_2)
-        .iter()
-        .filter(|s| s.form.family == Family::FrBd && s.form.stiffness == Element::Constant)
-        .filter(|s| matches!(s.form.damping, Element::Varying | Element::Even))
-        .map(|s| assert!(s.subject.obeys(Law::Passivity), "{}", s.name()))
-        .count();
-    assert!(claims >= 20);
-}
-
-// ---------------------------------------------------------------------------------------------
 // symmetry
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn reversing_velocity_and_deflection_reverses_rate_and_force() {
     every_claimant(Law::OddSymmetry, 48, |specimen, state| {
         let (v, z) = (state.velocity, deflection(specimen, state));
-        let (rate, force) = specimen.subject.response(v.into(), z);
-        let mirrored = specimen.subject.response((-v).into(), -z);
+        let (now, mirrored) = (specimen.subject.response(v, z), specimen.subject.response(-v, -z));
         // Signs do not round.
-        assert_eq!(mirrored, (-rate, -force), "{}", specimen.name());
+        assert_eq!((mirrored.rate, mirrored.force), (-now.rate, -now.force), "{}", specimen.name());
     });
 }
 
-// ---------------------------------------------------------------------------------------------
 // a held velocity
-// ---------------------------------------------------------------------------------------------
 
 /// Closed form of a step of a held velocity: deflection at a time, from the coefficients at its
 /// beginning (which are tested by themselves).
@@ -778,7 +633,7 @@ struct Held {
 
 impl Held {
     fn new(specimen: &Specimen<f64>, v: f64, z: f64) -> Self {
-        Self { v, z, c: specimen.subject.affine(v.into(), z) }
+        Self { v, z, c: specimen.subject.affine(v, z) }
     }
 
     fn deflection(&self, t: f64) -> f64 {
@@ -808,19 +663,30 @@ impl Held {
 
 /// The length of the step: `horizon` relaxation times, or the given one where nothing relaxes.
 fn step(specimen: &Specimen<f64>, state: &State, z: f64) -> f64 {
-    let rate = specimen.subject.affine(state.velocity.into(), z).relaxation;
+    let rate = specimen.subject.affine(state.velocity, z).relaxation;
     if rate > 0.0 { state.horizon / rate } else { state.duration }
 }
 
 #[test]
 fn a_held_velocity_is_stepped_exactly() {
     every_specimen(64, |specimen, state| {
+        let (v, z) = (state.velocity, deflection(specimen, state));
         if specimen.is_implicit() {
-            // Its coefficients change along the step, see tests/models/implicit_hold.rs.
+            // Its coefficients change along the step, see tests/models/implicit_hold.rs; but in the
+            // end it slides, if it is not folded.
+            if v != 0.0 && specimen.form.scale <= 1.0 {
+                let (held, want) =
+                    (specimen.subject.hold(v, z, 1e300), specimen.subject.stationary(v));
+                let reach = z.abs().max(want.abs());
+                assert_within(1e-7, reach, held.deflection, want, || specimen.name());
+            }
             return;
         }
-        let (v, z) = (state.velocity, deflection(specimen, state));
-        for h in [step(specimen, state, z), 0.0] {
+        // At the end λh overflows, and what is left is steady sliding.
+        for h in [0.0, step(specimen, state, z), 1e300] {
+            if h == 1e300 && specimen.subject.affine(v, z).relaxation < 1e-200 {
+                continue;
+            }
             let (held, got) = (Held::new(specimen, v, z), specimen.subject.hold(v, z, h));
             let name = || format!("{} from z = {z:e} at v = {v:e} for {h:e} s", specimen.name());
             let (end, mean) = (held.deflection(h), held.mean(h));
@@ -837,28 +703,6 @@ fn a_held_velocity_is_stepped_exactly() {
 }
 
 #[test]
-fn a_step_of_any_length_ends_in_steady_sliding() {
-    every_claimant(Law::SteadySliding, 32, |specimen, state| {
-        let (v, subject) = (state.velocity, &specimen.subject);
-        if subject.affine(v.into(), 0.0).relaxation == 0.0 || specimen.freezes() {
-            return;
-        }
-        // λh overflows in most of these.
-        let z = deflection(specimen, state);
-        let (held, want) = (subject.hold(v, z, 1e300), subject.stationary(v.into()));
-        let reach = z.abs().max(want.abs());
-        let name = || format!("{} at v = {v:e}", specimen.name());
-        assert_within(ROUNDING, reach, held.deflection, want, name);
-        let terms = specimen.form.terms(v, want);
-        let p = specimen.form.recipe.load;
-        let sum = p * (terms.stiffness * reach + terms.damping * v.abs());
-        for force in [held.end_force, held.mean_force] {
-            assert_within(ROUNDING, sum, force, subject.force(v.into(), want), name);
-        }
-    });
-}
-
-#[test]
 fn no_velocity_is_so_large_that_it_switches_the_friction_off() {
     let overflows = std::cell::Cell::new(0);
     every_claimant(Law::SteadySliding, 8, |specimen, state| {
@@ -869,11 +713,11 @@ fn no_velocity_is_so_large_that_it_switches_the_friction_off() {
         for (sign, exponent) in (100..=308).flat_map(|exponent| [(1.0, exponent), (-1.0, exponent)])
         {
             let (v, slower) = (sign * 10_f64.powi(exponent), sign * 1e99);
-            let z = state.fraction.abs() * subject.stationary(slower.into());
+            let z = state.fraction.abs() * subject.stationary(slower);
             let held = subject.hold(v, z, 1e6);
             // A number is no less than the friction of steady sliding, which any bristle reaches.
-            let least = 0.99 * sign * subject.stationary_force(slower.into());
-            for force in [subject.stationary_force(v.into()), held.end_force, held.mean_force] {
+            let least = 0.99 * sign * subject.stationary_force(slower);
+            for force in [subject.stationary_force(v), held.end_force, held.mean_force] {
                 let name = || format!("{} at {v:e}: {force:e}", specimen.name());
                 assert!(!force.is_finite() || sign * force >= least, "{}", name());
                 assert!(force.is_finite() || exponent > 140, "{}", name());
@@ -882,61 +726,6 @@ fn no_velocity_is_so_large_that_it_switches_the_friction_off() {
         }
     });
     assert!(overflows.get() > 0);
-}
-
-#[test]
-fn two_half_steps_make_a_whole_one() {
-    every_specimen(48, |specimen, state| {
-        if specimen.freezes() {
-            return;
-        }
-        let (v, z) = (state.velocity, deflection(specimen, state));
-        let h = step(specimen, state, z);
-        let (subject, p) = (&specimen.subject, specimen.form.recipe.load);
-        let whole = subject.hold(v, z, h);
-        let first = subject.hold(v, z, 0.5 * h);
-        let second = subject.hold(v, first.deflection, 0.5 * h);
-        let name = || format!("{} at v = {v:e} for {h:e} s", specimen.name());
-        let reach = z.abs().max(whole.deflection.abs());
-        let terms = specimen.form.terms(v, z);
-        let sum = p * (terms.stiffness * reach + terms.damping * v.abs());
-        assert_within(ROUNDING, reach, second.deflection, whole.deflection, name);
-        assert_within(ROUNDING, sum, second.end_force, whole.end_force, name);
-        assert_within(
-            ROUNDING,
-            sum,
-            0.5 * (first.mean_force + second.mean_force),
-            whole.mean_force,
-            name,
-        );
-    });
-}
-
-#[test]
-fn a_step_agrees_with_an_independent_integration_of_the_rate() {
-    let claims = specimens::<f64>(&Recipe::TABLE_2);
-    for specimen in claims.iter().filter(|s| !s.freezes()) {
-        let limit = deflection_limit(specimen, 1.0);
-        for (v, fraction) in [(1e-4, 0.3), (-6e-3, 0.8), (0.7, -0.9), (0.0, 0.5)] {
-            let z = fraction * limit;
-            let rate = specimen.subject.affine(v.into(), z).relaxation;
-            let h = if rate > 0.0 { 2.0 / rate } else { 1.0 };
-            // Classical Runge–Kutta with λ·step = 0.01 over two relaxation times: a global error of
-            // 2 (0.01)⁴/120 e⁻² = 2.3e-11 of the disturbance.
-            let (n, mut at) = (200, z);
-            let dt = h / f64::from(n);
-            let f = |z| specimen.subject.rate(v.into(), z);
-            for _ in 0..n {
-                let k1 = f(at);
-                let k2 = f(at + 0.5 * dt * k1);
-                let k3 = f(at + 0.5 * dt * k2);
-                let k4 = f(at + dt * k3);
-                at += dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
-            }
-            let got = specimen.subject.hold(v, z, h).deflection;
-            assert_within(1e-10, 2.0 * limit, got, at, || format!("{} v = {v}", specimen.name()));
-        }
-    }
 }
 
 #[test]
@@ -969,15 +758,13 @@ fn the_work_of_a_step_is_stored_or_dissipated() {
             return;
         }
         assert_within(ROUNDING, sum, work, stored + dissipated, name);
-        if specimen.subject.obeys(Law::Passivity) {
+        if specimen.subject.model().obeys(Law::Passivity) {
             assert!(work - stored >= -ROUNDING * sum, "{}: {:e}", name(), work - stored);
         }
     });
 }
 
-// ---------------------------------------------------------------------------------------------
 // creep and drift
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn below_breakaway_a_regularised_model_creeps() {
@@ -996,12 +783,12 @@ fn below_breakaway_a_regularised_model_creeps() {
         };
         for specimen in specimens::<f64>(&r) {
             let Some(want) = wanted(specimen.form.modulus) else { continue };
-            if !specimen.subject.obeys(Law::SteadySliding) {
+            if !specimen.subject.model().obeys(Law::SteadySliding) {
                 continue;
             }
             let breakaway = r.load * specimen.form.mu(0.0);
             let got = root(0.0, 1e3 * root_epsilon, |v| {
-                specimen.subject.stationary_force(v.into()) - load_fraction * breakaway
+                specimen.subject.stationary_force(v) - load_fraction * breakaway
             });
             // μ differs from μ_s by (v/v_S)^0.7 of the drop (tenfold at most) for δ = 0.7, with
             // v/v_S ≤ 1e-7: 1.3e-4; near r = 1 the velocity amplifies that by 1/(1−r²) ≤ 50.
@@ -1012,27 +799,6 @@ fn below_breakaway_a_regularised_model_creeps() {
                 assert_within(1e-3, want, got, want, || specimen.name());
             }
         }
-    });
-}
-
-#[test]
-fn a_regularised_bristle_leaks_at_rest() {
-    // σ0√ε/(σ1√ε + μ_s), and σ0√ε/μ_s for LuGre.
-    every_specimen(32, |specimen, state| {
-        let (form, r) = (&specimen.form, &specimen.form.recipe);
-        let z = deflection(specimen, state);
-        let at_rest = form.modulus.at_rest(r);
-        let damping = if specimen.is_frbd() { form.sigma1(0.0) * at_rest } else { 0.0 };
-        let want = match form.family {
-            // Without sliding direction an elasto-plastic bristle is elastic.
-            Family::ElastoPlastic => 0.0,
-            // By the load it carries: of its own law below.
-            Family::Implicit => return,
-            _ => form.sigma0(0.0) * at_rest / (damping + form.mu(0.0)),
-        };
-        let got = specimen.subject.affine(0.0.into(), z).relaxation;
-        assert_within(ROUNDING, want, got, want, || specimen.name());
-        assert_eq!(got == 0.0, form.modulus == Modulus::Exact || specimen.freezes());
     });
 }
 
@@ -1101,7 +867,7 @@ fn quasi_static_cycles_below_the_stick_limit_leave_no_drift() {
     let r = Recipe { stribeck_velocity: 1.0, varying_velocity: 1.0, ..Recipe::TABLE_2 };
     let mut tested = 0;
     for specimen in specimens::<f64>(&r) {
-        if !specimen.subject.obeys(Law::NoDrift) {
+        if !specimen.subject.model().obeys(Law::NoDrift) {
             continue;
         }
         tested += 1;
@@ -1144,9 +910,7 @@ fn between_the_stick_limit_and_breakaway_an_elasto_plastic_bristle_drifts_too() 
     assert!(drift(0.9) > 0.02 * full && drift(0.9) < -(1.0_f64 - 0.81).ln() * full);
 }
 
-// ---------------------------------------------------------------------------------------------
 // loops
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn the_settled_loop_of_dahl_is_the_closed_form() {
@@ -1177,27 +941,15 @@ fn the_settled_loop_of_dahl_is_the_closed_form() {
 /// ∮ F dv over a settled small sinusoid v0 + a sin ωt.
 fn lag_loop(specimen: &Specimen<f64>, v0: f64, amplitude: f64, omega: f64) -> f64 {
     let subject = &specimen.subject;
-    let n = 200;
-    let dt = std::f64::consts::TAU / omega / f64::from(n);
-    let velocity = |t: f64| v0 + amplitude * (omega * t).sin();
-    let mut z = subject.stationary(v0.into());
-    let mut area = 0.0;
-    for cycle in 0..6 {
-        area = 0.0;
-        for i in 0..n {
-            let t = f64::from(cycle * n + i) * dt;
-            let f = |t: f64, z: f64| subject.rate(velocity(t).into(), z);
-            // F v̇ at the middle of the step, trapezium-like accuracy on a periodic function.
-            area +=
-                subject.force(velocity(t).into(), z) * amplitude * omega * (omega * t).cos() * dt;
-            let k1 = f(t, z);
-            let k2 = f(t + 0.5 * dt, z + 0.5 * dt * k1);
-            let k3 = f(t + 0.5 * dt, z + 0.5 * dt * k2);
-            let k4 = f(t + dt, z + dt * k3);
-            z += dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
-        }
-    }
-    area
+    let cycle = |z: f64| {
+        runge_kutta(0.0..std::f64::consts::TAU / omega, 200, [z, 0.0], |t, [z, _]| {
+            let (sin, cos) = (omega * t).sin_cos();
+            let now = subject.response(v0 + amplitude * sin, z);
+            [now.rate, now.force * amplitude * omega * cos]
+        })
+    };
+    let settled = (0..5).fold(subject.stationary(v0), |z, _| cycle(z)[0]);
+    cycle(settled)[1]
 }
 
 #[test]
@@ -1249,9 +1001,7 @@ fn lag_loops_are_normal_where_the_curve_falls_and_reversed_where_it_rises() {
     }
 }
 
-// ---------------------------------------------------------------------------------------------
 // Denied laws
-// ---------------------------------------------------------------------------------------------
 
 /// A state at which a specimen breaks a law, if a search over velocities and deflections finds one.
 fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
@@ -1291,7 +1041,7 @@ fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
     let broken = |&(v, limit, z): &(f64, f64, f64)| {
         match law {
             Law::SteadySliding => {
-                let got = subject.stationary_force(v.into()) / form.recipe.load;
+                let got = subject.stationary_force(v) / form.recipe.load;
                 let want = form.mu(v) * form.sign(v) + form.outside() * v;
                 (got - want).abs() > clearly * want.abs()
             }
@@ -1302,33 +1052,32 @@ fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
             Law::Passivity => {
                 // Also where the power, a quadratic in z, is least, if faster sliding than this
                 // can have brought the bristle there.
-                let (a, stiffness) = (subject.affine(v.into(), z), form.storage());
+                let (a, stiffness) = (subject.affine(v, z), form.storage());
                 let worst =
                     -(a.stiffness - stiffness * a.drive) * v / (2.0 * stiffness * a.relaxation);
                 let reachable = worst.abs() <= farthest;
                 [z, if reachable { worst } else { z }].iter().any(|&z| {
-                    let power = subject.dissipated_power(v.into(), z);
+                    let power = subject.dissipated_power(v, z);
                     power < 0.0 && power < -clearly * form.power_terms(v, z)
                 })
             }
             Law::BoundedDeflection => {
                 let terms = form.terms(v, z);
                 let sum = terms.relaxation * z.abs() + terms.drive * v.abs();
-                z.abs() >= limit && subject.rate(v.into(), z) * z.signum() > clearly * sum
+                z.abs() >= limit && subject.rate(v, z) * z.signum() > clearly * sum
             }
             Law::BoundedForce => {
-                let force = subject.force(v.into(), z).abs();
+                let force = subject.force(v, z).abs();
                 force > form.recipe.load * most(v.abs()) * (1.0 + 1e-4)
             }
             Law::OddSymmetry => {
-                let ((rate, force), mirrored) =
-                    (subject.response(v.into(), z), subject.response((-v).into(), -z));
-                (rate + mirrored.0).abs() > clearly * rate.abs()
-                    || (force + mirrored.1).abs() > clearly * force.abs()
+                let (now, mirrored) = (subject.response(v, z), subject.response(-v, -z));
+                (now.rate + mirrored.rate).abs() > clearly * now.rate.abs()
+                    || (now.force + mirrored.force).abs() > clearly * now.force.abs()
             }
             Law::BoundedRelaxation => {
                 // Ten times the speed gives ten times the rate, already at 1e6 m/s.
-                let rate = |v: f64| subject.affine(v.into(), 1e3 * z).relaxation;
+                let rate = |v: f64| subject.affine(v, 1e3 * z).relaxation;
                 v.abs() >= 1e5 && z != 0.0 && rate(10.0 * v) > 9.0 * rate(v)
             }
             _ => panic!("no search for {law}"),
@@ -1370,7 +1119,7 @@ fn every_law_that_is_denied_has_a_counterexample() {
     for recipe in [moderate, dry] {
         for specimen in specimens::<f64>(&recipe) {
             for (law, denied) in Law::ALL.into_iter().zip(&mut denied) {
-                let claimed = specimen.subject.obeys(law);
+                let claimed = specimen.subject.model().obeys(law);
                 let found = counterexample(&specimen, law);
                 if claimed {
                     assert_eq!(found, None);
@@ -1413,64 +1162,42 @@ fn a_curve_without_an_upper_bound_does_not_tell_about_deflection_and_force() {
 
 #[test]
 fn what_the_parameters_promise_is_what_the_models_claim() {
-    use Law::*;
-    let claims = |specimen: &Specimen<f64>| -> Vec<Law> {
-        Law::ALL.into_iter().filter(|&law| specimen.subject.obeys(law)).collect()
-    };
-    let find = |family, stiffness, damping, modulus| {
-        specimens::<f64>(&Recipe::TABLE_2)
-            .into_iter()
-            .find(|s| {
-                let f = &s.form;
-                (f.family, f.stiffness, f.damping, f.modulus)
-                    == (family, stiffness, damping, modulus)
-                    && (f.curve == Curve::Stribeck(2.0) || family == Family::Dahl)
-            })
-            .unwrap()
-    };
     use Element::{Constant, Even, None, Varying};
-    // What each model obeys with the paper's Table 2.
-    let all_but_drift = vec![
-        SteadySliding,
-        Secant,
-        Passivity,
-        BoundedDeflection,
-        BoundedForce,
-        BoundedRelaxation,
-        OddSymmetry,
-    ];
-    for modulus in [Modulus::Exact, Modulus::SquareRoot, Modulus::HyperbolicTangent] {
-        assert_eq!(claims(&find(Family::FrBd, Constant, Constant, modulus)), all_but_drift);
-        let closure: Vec<_> =
-            all_but_drift.iter().copied().filter(|&law| law != OddSymmetry).collect();
-        assert_eq!(claims(&find(Family::FrBd, Constant, Varying, modulus)), closure);
-        assert_eq!(
-            claims(&find(Family::FrBd, Varying, Constant, modulus)),
-            [SteadySliding, Secant, BoundedDeflection, BoundedRelaxation]
-        );
-        assert_eq!(
-            claims(&find(Family::LuGreClassical, Constant, Constant, modulus)),
-            [SteadySliding, BoundedDeflection, OddSymmetry]
-        );
-        assert_eq!(
-            claims(&find(Family::LuGreInside, Constant, Constant, modulus)),
-            [SteadySliding, BoundedDeflection, BoundedRelaxation, OddSymmetry]
-        );
-        let plastic = claims(&find(Family::ElastoPlastic, Constant, Constant, modulus));
-        let laws = [Passivity, BoundedDeflection, BoundedRelaxation, OddSymmetry, NoDrift];
-        if modulus == Modulus::Exact {
-            assert_eq!(plastic[0], SteadySliding);
-            assert_eq!(plastic[1..], laws);
-        } else {
-            assert_eq!(plastic, laws);
+    use Family::{Dahl, ElastoPlastic, FrBd, LuGreClassical, LuGreInside};
+    use Law::*;
+    use Modulus::Exact;
+    // What each model obeys with the paper's Table 2 and a Stribeck curve. A law of the speed is
+    // even by construction, one of the velocity is not.
+    let frbd = &[Secant, Passivity, BoundedDeflection, BoundedForce, BoundedRelaxation];
+    let plastic = &[Passivity, BoundedDeflection, BoundedRelaxation, OddSymmetry, NoDrift];
+    let dahl = &[Secant, Passivity, BoundedDeflection, BoundedForce, OddSymmetry];
+    let mut met = 0;
+    for Specimen { form, subject } in specimens::<f64>(&Recipe::TABLE_2) {
+        let odd = matches!(form.damping, Constant | None | Even).then_some(OddSymmetry);
+        let (laws, more): (&[Law], Option<Law>) =
+            match (form.family, form.stiffness, form.damping, form.modulus) {
+                (FrBd, Constant, Constant | Varying | Even, _) => (frbd, odd),
+                (FrBd, Varying, Constant, _) => {
+                    (&[Secant, BoundedDeflection, BoundedRelaxation], Option::None)
+                }
+                (LuGreClassical, _, Constant, _) => (&[BoundedDeflection], odd),
+                (LuGreInside, _, Constant, _) => (&[BoundedDeflection, BoundedRelaxation], odd),
+                (ElastoPlastic, ..) => (plastic, Option::None),
+                (Dahl, ..) => (dahl, Option::None),
+                _ => continue,
+            };
+        if form.curve != Curve::Stribeck(2.0) && form.family != Dahl {
+            continue;
+        }
+        met += 1;
+        let steady = form.family != ElastoPlastic || form.modulus == Exact;
+        for law in Law::ALL {
+            let wanted = laws.contains(&law) || more == Some(law) || law == SteadySliding && steady;
+            let claimed = subject.model().obeys(law);
+            assert_eq!(claimed, wanted, "{law}: {:?} {:?}", form.family, form.modulus);
         }
     }
-    // A law of the speed is even by construction.
-    assert_eq!(claims(&find(Family::FrBd, Constant, Even, Modulus::Exact)), all_but_drift);
-    assert_eq!(
-        claims(&find(Family::Dahl, Constant, None, Modulus::Exact)),
-        [SteadySliding, Secant, Passivity, BoundedDeflection, BoundedForce, OddSymmetry]
-    );
+    assert_eq!(met, 20);
 }
 
 #[test]
@@ -1493,33 +1220,26 @@ fn closed(r: &Recipe, family: Family, curve: Curve, damping: Element) -> ClosedF
 }
 
 #[test]
-fn a_contact_scales_forces_and_energies_with_its_load() {
-    let r = Recipe::TABLE_2;
-    let model = || FrBd::new(rational(&r), kelvin_voigt(r.stiffness, r.damping));
-    let e = SquareRoot::new(1e-6).unwrap();
-    let (one, many) = (
-        model().regularised(e).under_load(1.0).unwrap(),
-        model().regularised(e).under_load(250.0).unwrap(),
-    );
-    assert_eq!(many.normal_force(), 250.0);
-    let (v, z) = (0.02, 0.5e-4);
-    assert_eq!(many.rate(v, z), one.rate(v, z));
-    // One rounding of the product each.
-    let close = |got: f64, want: f64| {
-        assert_within(4.0 * f64::EPSILON, want.abs(), got, want, || "×250".into());
-    };
-    close(many.force(v, z), 250.0 * one.force(v, z));
-    close(many.stored_energy(z), 250.0 * one.stored_energy(z));
-    close(many.dissipated_power(v, z), 250.0 * one.dissipated_power(v, z));
-    close(many.hold(v, z, 0.1).mean_force, 250.0 * one.hold(v, z, 0.1).mean_force);
-    close(many.hold(v, z, 0.1).end_force, 250.0 * one.hold(v, z, 0.1).end_force);
-    assert_eq!(many.hold(v, z, 0.1).deflection, one.hold(v, z, 0.1).deflection);
-    close(many.hold(v, z, 0.1).mean_force, 250.0 * many.model().hold(v, z, 0.1).mean_coefficient);
-    close(many.limits(1.0).force.unwrap(), 250.0 * one.limits(1.0).force.unwrap());
-    assert_eq!(many.limits(1.0).deflection, one.limits(1.0).deflection);
-    // And it is generic over the scalar as everything else.
-    fn generic<T: Scalar>(contact: &Contact<T, impl Bristle<T, Deflection = T>>) -> T {
-        contact.force(T::one(), T::zero())
+fn without_a_load_nothing_acts_and_nothing_moves() {
+    // Of the models themselves only a damped bristle of FrBD has numbers at s = 0, r = 0 and
+    // λ = σ0/σ1 where |v|_ε > 0: the contact answers for all.
+    let r = Recipe { stribeck_velocity: 0.3, ..Recipe::TABLE_2 };
+    for specimen in specimens::<f64>(&r) {
+        let contact = specimen.model().under_load(0.0).unwrap().measured_at(3.0).unwrap();
+        for (v, z) in [(-0.3, 1e-5), (0.0, -1e-5), (0.02, 0.0)] {
+            let (now, held) = (contact.response(v, z), contact.hold(v, z, 1e-3));
+            let (linear, steady) = (contact.linearised(v, z), contact.stationary_force(v));
+            let numbers =
+                [now.rate, now.force, held.end_force, held.mean_force, linear.rate, steady];
+            assert!(numbers.iter().all(|x| *x == 0.0), "{}: {numbers:?}", specimen.name());
+            assert_eq!(held.deflection, z, "{}", specimen.name());
+        }
+        let form = &specimen.form;
+        if form.family == Family::FrBd && form.sigma1(0.1) > 0.0 {
+            let affine = specimen.model().affine(Surface::scaled(0.1, 0.0), 0.0);
+            let want = form.sigma0(0.1) / form.sigma1(0.1);
+            assert_within(ROUNDING, want, affine.relaxation, want, || specimen.name());
+            assert_eq!((affine.drive, affine.stiffness, affine.damping), (0.0, 0.0, 0.0));
+        }
     }
-    assert_eq!(generic(&one), one.force(1.0, 0.0));
 }

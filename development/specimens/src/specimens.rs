@@ -1,15 +1,14 @@
 //! Every implementor, built from one recipe in any scalar type, beside its closed form.
 
 use bristle::curve::{
-    Asymmetric, Coulomb, CoulombParameters, Cubic, FrictionCurve, FunctionCurve, Knot,
+    AnyCurve, Asymmetric, Coulomb, CoulombParameters, Cubic, FrictionCurve, FunctionCurve, Knot,
     RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
+use bristle::regularisation::{AnyRegularisation, HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
-    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, Form,
-    FrBd, HeldContact, HeldStep, ImplicitBristle, Law, Limits, LinearisedContact, LuGre, Scalar,
-    Sliding, Surface,
+    Affine, AnyBristle, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd,
+    ImplicitBristle, LuGre, Scalar, Surface,
 };
 
 use super::closed_form::{
@@ -19,93 +18,32 @@ use super::lit;
 use super::own_rheology::{VelocityLaw, own_element};
 use super::recipe::Recipe;
 
-/// A contact of any model with a single deflection, behind one pointer.
-pub trait Subject<T: Scalar> {
-    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T>;
-    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>);
-    fn response(&self, surface: Surface<T>, z: T) -> (T, T);
-    fn rate(&self, surface: Surface<T>, z: T) -> T;
-    fn force(&self, surface: Surface<T>, z: T) -> T;
-    fn linearised(&self, surface: Surface<T>, z: T) -> LinearisedContact<T>;
-    fn stationary(&self, surface: Surface<T>) -> T;
-    fn stationary_force(&self, surface: Surface<T>) -> T;
-    fn stored_energy(&self, z: T) -> T;
-    fn dissipated_power(&self, surface: Surface<T>, z: T) -> T;
-    fn limits(&self, fastest: T) -> ContactLimits<T>;
-    fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T>;
-    fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T>;
-    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T;
-    fn form(&self) -> Form;
-    fn obeys(&self, law: Law) -> bool;
-    fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T>;
-}
-
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
-    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T> {
-        self.model().affine(surface, z)
-    }
-    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>) {
-        self.model().affine_and_slopes(surface, z)
-    }
-    fn response(&self, surface: Surface<T>, z: T) -> (T, T) {
-        let response = Contact::response(self, surface, z);
-        (response.rate, response.force)
-    }
-    fn rate(&self, surface: Surface<T>, z: T) -> T {
-        Contact::rate(self, surface, z)
-    }
-    fn force(&self, surface: Surface<T>, z: T) -> T {
-        Contact::force(self, surface, z)
-    }
-    fn linearised(&self, surface: Surface<T>, z: T) -> LinearisedContact<T> {
-        Contact::linearised(self, surface, z)
-    }
-    fn stationary(&self, surface: Surface<T>) -> T {
-        Contact::stationary(self, surface)
-    }
-    fn stationary_force(&self, surface: Surface<T>) -> T {
-        Contact::stationary_force(self, surface)
-    }
-    fn stored_energy(&self, z: T) -> T {
-        Contact::stored_energy(self, z)
-    }
-    fn dissipated_power(&self, surface: Surface<T>, z: T) -> T {
-        Contact::dissipated_power(self, surface, z)
-    }
-    fn limits(&self, fastest: T) -> ContactLimits<T> {
-        Contact::limits(self, fastest)
-    }
-    fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T> {
-        Contact::hold(self, velocity, z, duration)
-    }
-    fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T> {
-        self.model().hold(surface, z, duration)
-    }
-    fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T> {
-        Contact::steady_linearised(self, surface)
-    }
-    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
-        self.model().holding_coefficient(surface, carried)
-    }
-    fn form(&self) -> Form {
-        self.model().form()
-    }
-    fn obeys(&self, law: Law) -> bool {
-        self.model().obeys(law)
-    }
-}
-
 /// A model under its normal force, and what it should be.
 pub struct Specimen<T: Scalar> {
-    pub subject: Box<dyn Subject<T>>,
+    pub subject: Contact<T, AnyBristle<T>>,
     pub form: ClosedForm,
 }
 
 impl<T: Scalar> Specimen<T> {
+    /// The model by itself.
+    pub fn model(&self) -> AnyBristle<T> {
+        self.subject.model().clone()
+    }
+
+    /// The same under s times its normal force, which scales its friction and leaves its stiffness.
+    pub fn under(self, scale: f64) -> Self {
+        let load = self.form.recipe.load;
+        let subject = self.model().under_load(lit(scale * load)).unwrap();
+        let subject = subject.measured_at(lit(load)).unwrap();
+        Self { subject, form: self.form.scaled(scale) }
+    }
+
     /// What stands in a failure message.
     pub fn name(&self) -> String {
-        let ClosedForm { family, curve, modulus, stiffness, damping, .. } = self.form;
-        format!("{family:?}<{curve:?}, σ0 {stiffness:?}, σ1 {damping:?}, {modulus:?}>")
+        let ClosedForm { family, curve, modulus, stiffness, damping, scale, .. } = self.form;
+        format!(
+            "{family:?}<{curve:?}, σ0 {stiffness:?}, σ1 {damping:?}, {modulus:?}>, s = {scale:e}"
+        )
     }
 
     /// Whether a step freezes what depends on the deflection (α), or follows it (the tip velocity).
@@ -121,47 +59,6 @@ impl<T: Scalar> Specimen<T> {
     /// Whether the model is a case of FrBD.
     pub fn is_frbd(&self) -> bool {
         matches!(self.form.family, Family::FrBd | Family::Dahl)
-    }
-}
-
-/// A specimen as a model again, for what takes any model.
-#[derive(Clone, Copy)]
-pub struct AsModel<'a, T: Scalar>(pub &'a Specimen<T>);
-
-impl<T: Scalar> core::fmt::Debug for AsModel<'_, T> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(&self.0.name())
-    }
-}
-
-impl<T: Scalar> Bristle<T> for AsModel<'_, T> {
-    type Deflection = T;
-
-    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T> {
-        self.0.subject.affine(surface, z)
-    }
-    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>) {
-        self.0.subject.affine_and_slopes(surface, z)
-    }
-    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
-        self.0.subject.stationary(surface.into())
-    }
-    fn storage_stiffness(&self) -> T {
-        lit(self.0.form.storage())
-    }
-    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
-        self.0.subject.holding_coefficient(surface, carried)
-    }
-    fn form(&self) -> Form {
-        self.0.subject.form()
-    }
-    fn obeys(&self, law: Law) -> bool {
-        self.0.subject.obeys(law)
-    }
-    fn limits(&self, fastest: T) -> Limits<T> {
-        let ContactLimits { deflection, force, relaxation_rate } = self.0.subject.limits(fastest);
-        let coefficient = force.map(|force| force / lit(self.0.form.recipe.load));
-        Limits { deflection, coefficient, relaxation_rate }
     }
 }
 
@@ -212,7 +109,7 @@ macro_rules! in_each_regularisation {
 }
 
 /// Every model that has a curve. One line each.
-fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
+fn with_curve<T: Scalar, C: FrictionCurve<T> + Send + Sync + 'static>(
     list: &mut Vec<Specimen<T>>,
     r: &Recipe,
     curve: Curve,
@@ -284,13 +181,13 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
     }
 }
 
-fn push<T: Scalar, M: Bristle<T, Deflection = T> + 'static>(
+fn push<T: Scalar, M: Bristle<T, Deflection = T> + Send + Sync + 'static>(
     list: &mut Vec<Specimen<T>>,
     form: ClosedForm,
     model: M,
 ) {
-    let contact = model.under_load(lit(form.recipe.load)).unwrap();
-    list.push(Specimen { subject: Box::new(contact), form });
+    let subject = AnyBristle::own(model).under_load(lit(form.recipe.load)).unwrap();
+    list.push(Specimen { subject, form });
 }
 
 pub fn coulomb<T: Scalar>(r: &Recipe) -> Coulomb<T> {
@@ -469,92 +366,26 @@ pub fn hyperbolic_tangent<T: Scalar>(r: &Recipe) -> HyperbolicTangent<T> {
     HyperbolicTangent::new(lit(r.threshold)).unwrap()
 }
 
-/// A friction curve behind one pointer.
-pub trait CurveSubject<T: Scalar> {
-    fn at(&self, velocity: T) -> T;
-    fn coefficient(&self, sliding: Sliding<T>) -> T;
-    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
-    fn bounds(&self, fastest: T) -> Bounds<T>;
-    fn viscous_friction(&self) -> T;
-    fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>>;
-    fn is_even(&self) -> bool;
-    fn least_slope(&self) -> Option<T>;
-}
-
-impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
-    fn at(&self, velocity: T) -> T {
-        FrictionCurve::at(self, velocity)
-    }
-    fn coefficient(&self, sliding: Sliding<T>) -> T {
-        FrictionCurve::coefficient(self, sliding)
-    }
-    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        FrictionCurve::coefficient_and_slope(self, sliding)
-    }
-    fn bounds(&self, fastest: T) -> Bounds<T> {
-        FrictionCurve::bounds(self, fastest)
-    }
-    fn viscous_friction(&self) -> T {
-        FrictionCurve::viscous_friction(self)
-    }
-    fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>> {
-        Box::new(FrictionCurve::without_viscous_friction(self))
-    }
-    fn is_even(&self) -> bool {
-        FrictionCurve::is_even(self)
-    }
-    fn least_slope(&self) -> Option<T> {
-        FrictionCurve::least_slope(self)
-    }
-}
-
 /// Every curve.
-pub fn curves<T: Scalar>(r: &Recipe) -> Vec<(Curve, Box<dyn CurveSubject<T>>)> {
+pub fn curves<T: Scalar>(r: &Recipe) -> Vec<(Curve, AnyCurve<T>)> {
     vec![
-        (Curve::Coulomb, Box::new(coulomb(r))),
-        (Curve::Stribeck(1.0), Box::new(stribeck(r, 1.0))),
-        (Curve::Stribeck(2.0), Box::new(stribeck(r, 2.0))),
-        (Curve::Stribeck(0.7), Box::new(stribeck(r, 0.7))),
-        (Curve::Stribeck(3.3), Box::new(stribeck(r, 3.3))),
-        (Curve::Rational, Box::new(rational(r))),
-        (Curve::Tabulated, Box::new(tabulated(r))),
-        (Curve::Asymmetric, Box::new(asymmetric(r))),
-        (Curve::Function, Box::new(function(r))),
+        (Curve::Coulomb, AnyCurve::own(coulomb(r))),
+        (Curve::Stribeck(1.0), AnyCurve::own(stribeck(r, 1.0))),
+        (Curve::Stribeck(2.0), AnyCurve::own(stribeck(r, 2.0))),
+        (Curve::Stribeck(0.7), AnyCurve::own(stribeck(r, 0.7))),
+        (Curve::Stribeck(3.3), AnyCurve::own(stribeck(r, 3.3))),
+        (Curve::Rational, AnyCurve::own(rational(r))),
+        (Curve::Tabulated, AnyCurve::own(tabulated(r))),
+        (Curve::Asymmetric, AnyCurve::own(asymmetric(r))),
+        (Curve::Function, AnyCurve::own(function(r))),
     ]
 }
 
-/// A regularisation behind one pointer.
-pub trait ModulusSubject<T: Scalar> {
-    fn speed(&self, sliding: Sliding<T>) -> T;
-    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T);
-    fn sign(&self, sliding: Sliding<T>) -> T;
-    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T);
-    fn speed_at_rest(&self) -> T;
-}
-
-impl<T: Scalar, E: Regularisation<T>> ModulusSubject<T> for E {
-    fn speed(&self, sliding: Sliding<T>) -> T {
-        Regularisation::speed(self, sliding)
-    }
-    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        Regularisation::speed_and_slope(self, sliding)
-    }
-    fn sign(&self, sliding: Sliding<T>) -> T {
-        Regularisation::sign(self, sliding)
-    }
-    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        Regularisation::sign_and_slope(self, sliding)
-    }
-    fn speed_at_rest(&self) -> T {
-        Regularisation::speed_at_rest(self)
-    }
-}
-
 /// Every regularisation.
-pub fn regularisations<T: Scalar>(r: &Recipe) -> Vec<(Modulus, Box<dyn ModulusSubject<T>>)> {
+pub fn regularisations<T: Scalar>(r: &Recipe) -> Vec<(Modulus, AnyRegularisation<T>)> {
     vec![
-        (Modulus::Exact, Box::new(Unregularised)),
-        (Modulus::SquareRoot, Box::new(square_root(r))),
-        (Modulus::HyperbolicTangent, Box::new(hyperbolic_tangent(r))),
+        (Modulus::Exact, Unregularised.into()),
+        (Modulus::SquareRoot, square_root(r).into()),
+        (Modulus::HyperbolicTangent, hyperbolic_tangent(r).into()),
     ]
 }
