@@ -11,7 +11,7 @@ use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, Law, LuGre, paper};
 use bristle_specimens::check;
 use bristle_specimens::recipe::{Recipe, decades, recipe};
-use bristle_specimens::specimens::{AsModel, specimens, table_2};
+use bristle_specimens::specimens::{specimens, table_2};
 use proptest::prelude::*;
 
 type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
@@ -402,7 +402,7 @@ fn a_constant_velocity_gives_the_exact_hold() {
         if specimen.freezes() {
             continue; // the hold of an α above one at every node is the same, below it is not
         }
-        let contact = AsModel(&specimen).under_load(1.0).unwrap();
+        let contact = specimen.model().under_load(1.0).unwrap();
         for v in [1e-6, -3e-3, 0.02, -1.5, 0.0] {
             for z in [0.0, 1e-4, -3e-4] {
                 for h in [1e-9, 1e-5, 1e-3, 0.03, 1.0, 1e3] {
@@ -454,7 +454,7 @@ fn a_stiff_bristle_ends_at_the_stationary_deflection_to_rounding() {
         if specimen.freezes() {
             continue;
         }
-        let contact = AsModel(&specimen).under_load(1.0).unwrap();
+        let contact = specimen.model().under_load(1.0).unwrap();
         for z in [0.0, -1e-4, 5e-4] {
             // λ > 1 1/s at these speeds, so λh > 1e15 … 1e20 and what lags behind is below a
             // rounding.
@@ -497,10 +497,10 @@ fn no_step_of_any_length_leaves_the_bound() {
     check(if cfg!(debug_assertions) { 24 } else { 200 }, strategy, |case| {
         let (recipe, fraction, wide, speed, lengths, coefficients, waves): Case = case;
         for specimen in specimens::<f64>(&recipe) {
-            if specimen.freezes() || !specimen.subject.obeys(Law::BoundedDeflection) {
+            if specimen.freezes() || !specimen.subject.model().obeys(Law::BoundedDeflection) {
                 continue;
             }
-            let contact = AsModel(&specimen).under_load(1.0).unwrap();
+            let contact = specimen.model().under_load(1.0).unwrap();
             // |a + b s + c s² + d sin| ≤ 4; the velocities met are among these.
             let fastest = 4.0 * speed;
             let Some(limit) = contact.limits(fastest).deflection else { continue };
@@ -520,7 +520,7 @@ fn no_step_of_any_length_leaves_the_bound() {
                         let name = specimen.name();
                         assert!(step.deflection.abs() <= bound(z), "{name} {h} {z:e} {step:?}");
                         // The law of the bounded force holds for the mean too.
-                        if z.abs() <= limit && specimen.subject.obeys(Law::BoundedForce) {
+                        if z.abs() <= limit && specimen.subject.model().obeys(Law::BoundedForce) {
                             let most = contact.limits(fastest).force.unwrap();
                             let most = most * (1.0 + 1e-12);
                             assert!(step.mean.abs() <= most, "{name} {h} {z:e} {step:?} {most:e}");

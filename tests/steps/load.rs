@@ -12,7 +12,7 @@ use bristle::{Bristle, Contact, FrBd, Law, Reloaded, Scalar};
 use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
-use bristle_specimens::specimens::{AsModel, specimens, stribeck, table_2_frbd};
+use bristle_specimens::specimens::{specimens, stribeck, table_2_frbd};
 use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
 
@@ -20,9 +20,7 @@ fn to_f64<T: Scalar>(value: T) -> f64 {
     value.to_subset_unchecked()
 }
 
-// ---------------------------------------------------------------------------------------------
 // Passivity
-// ---------------------------------------------------------------------------------------------
 
 /// A load of any size; one in six is none.
 fn any_load(draw: &mut Draw, typical: f64) -> f64 {
@@ -104,10 +102,10 @@ fn random_histories<T: Scalar>(
     let mut taken = 0;
     for specimen in specimens::<T>(recipe) {
         let form = &specimen.form;
-        if !specimen.subject.obeys(Law::Passivity) || specimen.is_implicit() {
+        if !specimen.subject.model().obeys(Law::Passivity) || specimen.is_implicit() {
             continue;
         }
-        let model = AsModel(&specimen);
+        let model = specimen.model();
         for by in [By::Reloading, By::Renewal] {
             taken += random_history(by, &model, form.recipe.load, draw, steps, rounding);
         }
@@ -210,10 +208,10 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
     let case = (recipe(), velocity(), -1.0..1.0, decades(1e-3, 1e3));
     check(64, case, |(recipe, velocity, fraction, share)| {
         for specimen in specimens::<f64>(&recipe) {
-            if !specimen.subject.obeys(Law::Passivity) {
+            if !specimen.subject.model().obeys(Law::Passivity) {
                 continue;
             }
-            let (model, storage) = (AsModel(&specimen), specimen.form.storage());
+            let (model, storage) = (specimen.model(), specimen.form.storage());
             let limit = specimen.subject.limits(velocity).deflection.unwrap_or(1e-4);
             let contact = model.under_load(recipe.load).unwrap();
             for z in [fraction * limit, 10.0 * fraction * limit] {
@@ -227,7 +225,7 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
                 let name = || format!("{} at v = {velocity:e}, z = {z:e}", specimen.name());
                 assert!(power >= -1e-12 * terms, "{}, s = {share:e}: {power:e}", name());
                 // |F| ≤ p B, also where the bristle carries more.
-                if specimen.subject.obeys(Law::BoundedForce) && !specimen.is_implicit() {
+                if specimen.subject.model().obeys(Law::BoundedForce) && !specimen.is_implicit() {
                     let rest = 1e-300_f64.copysign(z);
                     let speed = velocity.abs().copysign(z);
                     let most = form.mu(rest).max(form.mu(speed)).max(form.mu(velocity));
@@ -239,9 +237,7 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
     });
 }
 
-// ---------------------------------------------------------------------------------------------
 // Accuracy
-// ---------------------------------------------------------------------------------------------
 
 #[cfg(feature = "alloc")]
 mod accuracy {
@@ -395,9 +391,7 @@ fn a_change_of_the_load_allocates_nothing() {
     assert_eq!(counted.count_total, 0);
 }
 
-// ---------------------------------------------------------------------------------------------
 // Bad input
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn a_refused_load_leaves_the_contact_as_it_was() {
