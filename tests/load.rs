@@ -1,4 +1,5 @@
-//! A normal force that varies: what is held stands still, nothing gives energy, and renewal walks.
+//! A normal force that varies: what is held stands still, and renewal walks. That no history of the
+//! load gives energy is in tests/steps/load.rs.
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle::companion::{PointMass, VelocityHistory};
@@ -6,10 +7,7 @@ use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{
     GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters, Rheology, ZenerParameters,
 };
-use bristle::{
-    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar,
-};
-use bristle_specimens::draw::Draw;
+use bristle::{Bristle, Contact, ElastoPlastic, FrBd, Scalar};
 use bristle_specimens::lit;
 use nalgebra::SVector;
 
@@ -147,72 +145,10 @@ fn renewal_walks_as_its_closed_form_says() {
     }
 }
 
-/// Random steps under random loads, births and deaths: the least margin over its scale.
-fn least_margin<M: Bristle<f64>>(model: &M, steps: usize, seed: u64) -> f64 {
-    let mut draw = Draw(seed);
-    let mut contact = model.clone().under_load(draw.logarithmic(1e-2, 1e3)).unwrap();
-    if draw.next() < 0.5 {
-        contact = contact.measured_at(draw.logarithmic(1e-2, 1e3)).unwrap();
-    }
-    let mut companion = contact.companion(draw.logarithmic(1e-4, 1.0)).unwrap();
-    let mut z = model.stationary(0.01) * draw.next();
-    let mut least = f64::INFINITY;
-    for _ in 0..steps {
-        let load = if draw.next() < 0.15 { 0.0 } else { draw.logarithmic(1e-2, 1e3) };
-        let predicted = draw.sign() * draw.logarithmic(1e-6, 10.0);
-        let stored = companion.contact().stored_energy(z);
-        let reloaded = companion.reload(load, predicted, z).unwrap();
-        let left = companion.contact().stored_energy(reloaded.deflection);
-        let kept = stored - left - reloaded.dissipated;
-        assert!(kept.abs() <= 16.0 * f64::EPSILON * stored, "{kept:e} of {stored:e} J");
-        assert!(reloaded.dissipated >= 0.0);
-        let h = draw.logarithmic(1e-6, 1.0);
-        let mean = draw.sign() * draw.logarithmic(1e-6, 10.0);
-        let step = companion.step(predicted, reloaded.deflection, h);
-        let done = step.commit(mean);
-        z = done.deflection;
-        let after = companion.contact().stored_energy(z);
-        let work = h * step.force(mean) * mean;
-        let margin = work - (after - left);
-        let scale = 16.0 * f64::EPSILON * (work.abs() + left + after);
-        least = least.min(if scale > 0.0 { margin / scale } else { margin });
-        if load == 0.0 {
-            assert!(after == 0.0 && work == 0.0, "{after:e} J, {work:e} J without a load");
-        }
-    }
-    least
-}
-
 fn zener() -> FrBd<Stribeck<f64>, impl Rheology<f64, Deflection = SVector<f64, 2>>> {
     let parameters =
         ZenerParameters { static_stiffness: 5e3, relaxing_stiffness: 1e4, series_damping: 30.0 };
     FrBd::new(curve(), GeneralisedMaxwell::zener(parameters).unwrap())
-}
-
-#[test]
-fn no_history_of_the_load_gives_energy() {
-    let undamped = KelvinVoigtParameters { micro_stiffness: 5e3, micro_damping: 0.0 };
-    let undamped = KelvinVoigt::new(undamped).unwrap();
-    let stiff = KelvinVoigtParameters { micro_stiffness: 5e3, micro_damping: 40.0 };
-    let stiff = KelvinVoigt::new(stiff).unwrap();
-    let dahl = DahlParameters { dynamic_coefficient: 0.6, micro_stiffness: 5e3 };
-    for seed in 1..=40 {
-        let margins = [
-            ("FrBD", least_margin(&FrBd::new(curve(), bristle()), 500, seed)),
-            ("FrBD, undamped", least_margin(&FrBd::new(curve(), undamped), 500, seed)),
-            ("Dahl", least_margin(&Dahl::new(dahl).unwrap(), 500, seed)),
-            ("LuGre, undamped", least_margin(&LuGre::classical(curve(), undamped), 500, seed)),
-            (
-                "elasto-plastic",
-                least_margin(&ElastoPlastic::new(curve(), bristle(), 6e-5).unwrap(), 500, seed),
-            ),
-            ("implicit", least_margin(&ImplicitBristle::new(curve(), stiff).unwrap(), 100, seed)),
-            ("Zener", least_margin(&zener(), 500, seed)),
-        ];
-        for (name, margin) in margins {
-            assert!(margin >= -1.0, "{name}, seed {seed}: {margin} times 16 ε of the energies");
-        }
-    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use bristle::rheology::{
     Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, MaxwellArm, States,
     ZenerParameters,
 };
-use bristle::{Bristle, Contact, FrBd, Law, Reloaded, Scalar};
+use bristle::{Bristle, Contact, Form, FrBd, Law, Reloaded, Scalar};
 use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
@@ -46,9 +46,11 @@ fn random_history<T: Scalar, M: Bristle<T>>(
     steps: usize,
     rounding: f64,
 ) -> usize {
-    let fastest: T = lit(1.0);
     let start = model.clone().under_load(lit(typical_load)).unwrap();
-    let mut companion = start.companion(fastest).unwrap();
+    // Half of them measured under another load than the one they begin with.
+    let measured = if draw.next() < 0.5 { 1.0 } else { draw.logarithmic(1e-2, 1e2) };
+    let start = start.measured_at(lit(measured * typical_load)).unwrap();
+    let mut companion = start.companion(lit(draw.logarithmic(1e-4, 1.0))).unwrap();
     let mut z = M::Deflection::fill(T::zero());
     let (mut balance, mut size) = (0.0, 0.0);
     for step in 0..steps {
@@ -69,7 +71,9 @@ fn random_history<T: Scalar, M: Bristle<T>>(
 
         let (v, h) = (velocity(draw), lit(draw.logarithmic(1e-6, 1.0)));
         let step_of = companion.step(predicted, reloaded.deflection, h);
-        let work = if draw.next() < 0.5 && step_of.is_passive() {
+        // The exact step of a tip that is solved for has an accuracy of its own.
+        let solved = model.form() == Form::Solved;
+        let work = if solved || draw.next() < 0.5 && step_of.is_passive() {
             let done = step_of.commit(v);
             z = done.deflection;
             to_f64(done.work)
@@ -80,14 +84,14 @@ fn random_history<T: Scalar, M: Bristle<T>>(
         };
         let after = to_f64(companion.contact().stored_energy(z));
         let terms = before + after_load + after + work.abs();
-        balance += work - (after - before);
+        balance += work - (after - after_load);
         size += terms;
-        assert!(
-            work - (after - before) >= -rounding * terms,
-            "step {step} gave {:e} of {terms:e}: {model:?}, p = {load:?}, {by:?}",
-            after - before - work,
-        );
-        assert!(balance >= -rounding * size, "after {step} steps: {balance:e} of {size:e}");
+        let name = || format!("step {step}: {model:?}, p = {load:?}, {by:?}");
+        let given = after - after_load - work;
+        assert!(given <= rounding * terms, "{} gave {given:e} of {terms:e}", name());
+        assert!(balance >= -rounding * size, "{}: {balance:e} of {size:e} in all", name());
+        let idle = load > T::zero() || after == 0.0 && work == 0.0;
+        assert!(idle, "{}: {after:e} J, {work:e} J without a load", name());
     }
     steps
 }
@@ -102,10 +106,11 @@ fn random_histories<T: Scalar>(
     let mut taken = 0;
     for specimen in specimens::<T>(recipe) {
         let form = &specimen.form;
-        if !specimen.subject.model().obeys(Law::Passivity) || specimen.is_implicit() {
+        let model = specimen.model();
+        if !model.obeys(Law::Passivity) {
             continue;
         }
-        let model = specimen.model();
+        let steps = if specimen.is_implicit() { steps / 5 } else { steps };
         for by in [By::Reloading, By::Renewal] {
             taken += random_history(by, &model, form.recipe.load, draw, steps, rounding);
         }
