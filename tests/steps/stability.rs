@@ -6,12 +6,12 @@
 use std::ops::ControlFlow;
 
 use bristle::Mechanism;
-use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, DormandPrince8, Method, RungeKutta4, Solver, Step, System};
 use bristle::regularisation::SquareRoot;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
+use bristle::rheology::{KelvinVoigt, Maxwell, MaxwellParameters};
 use bristle::scene::{DiaphragmValve, MassSpringDamper};
-use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, paper};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, paper};
 use bristle_analysis::step_limits::{Scheme, StepLimits, largest_step, largest_step_of};
 use bristle_specimens::specimens;
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3, Vector4};
@@ -28,13 +28,8 @@ const LIMITED: [Scheme; 6] = [
 
 type FrBdContact = Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
 
-fn frbd(curve: StribeckParameters<f64>, bristle: KelvinVoigtParameters<f64>) -> FrBdContact {
-    let (curve, bristle) = (Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap());
-    FrBd::new(curve, bristle).under_load(1.0).unwrap()
-}
-
 fn table_2() -> FrBdContact {
-    frbd(paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE)
+    specimens::table_2_frbd().under_load(1.0).unwrap()
 }
 
 fn table_2_lugre() -> Contact<f64, LuGre<Stribeck<f64>, KelvinVoigt<f64>>> {
@@ -42,7 +37,9 @@ fn table_2_lugre() -> Contact<f64, LuGre<Stribeck<f64>, KelvinVoigt<f64>>> {
 }
 
 fn table_3() -> FrBdContact {
-    frbd(paper::VALVE_CURVE, paper::VALVE_BRISTLE)
+    let (curve, bristle) =
+        (Stribeck::new(paper::VALVE_CURVE), KelvinVoigt::new(paper::VALVE_BRISTLE));
+    FrBd::new(curve.unwrap(), bristle.unwrap()).under_load(1.0).unwrap()
 }
 
 const FREE: Mechanism<f64> = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
@@ -56,7 +53,6 @@ fn limits(contact: &FrBdContact, mechanism: Mechanism<f64>, scheme: Scheme) -> [
     [limits.bristle.unwrap(), limits.stuck_from_rest.unwrap(), limits.stuck_reversed.unwrap()]
 }
 
-// ---------------------------------------------------------------------------------------------
 // Against values from elsewhere
 
 #[test]
@@ -160,8 +156,8 @@ fn a_creeping_bristle_leaves_the_oscillation_two_roots_of_the_cubic() {
         micro_stiffness: stiffness,
         series_damping: stiffness / relaxation,
     });
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    let contact = FrBd::new(curve, bristle.unwrap()).under_load(1.0).unwrap();
+    let contact = FrBd::new(specimens::table_2_curve(), bristle.unwrap());
+    let contact = contact.under_load(1.0).unwrap();
     let mechanism = Mechanism { mass, spring_stiffness: spring, viscous_damping: damping };
     // The slow root by Newton's method from zero.
     let (mut slow, squares) = (0.0_f64, [damping + relaxation, stiffness + spring]);
@@ -185,15 +181,24 @@ fn a_creeping_bristle_leaves_the_oscillation_two_roots_of_the_cubic() {
 
 #[test]
 fn an_elasto_plastic_bristle_holds_on_after_a_reversal() {
-    let model = ElastoPlastic::new(
-        Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
-        KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
-        5e-5,
-    );
-    let contact = model.unwrap().under_load(1.0).unwrap();
+    let (curve, bristle) = specimens::table_2();
+    let contact = specimens::elasto_plastic(curve, bristle, 5e-5).under_load(1.0).unwrap();
     for scheme in Scheme::ALL {
         let limits = largest_step(&contact, Some(FREE), 1.0, scheme).unwrap();
         assert_eq!(limits.stuck_from_rest, limits.stuck_reversed, "{scheme}");
+    }
+}
+
+/// Two contacts have the same limits, up to a share of them.
+fn assert_alike(one: StepLimits<f64>, other: StepLimits<f64>, share: f64) {
+    for (a, b) in [
+        (one.bristle, other.bristle),
+        (one.stuck_from_rest, other.stuck_from_rest),
+        (one.stuck_reversed, other.stuck_reversed),
+    ] {
+        assert_eq!(a.is_some(), b.is_some());
+        let (a, b) = (a.unwrap_or(1.0), b.unwrap_or(1.0));
+        assert!((a - b).abs() < share * b, "{one}: {a}, not {b}");
     }
 }
 
@@ -201,26 +206,14 @@ fn an_elasto_plastic_bristle_holds_on_after_a_reversal() {
 fn regularisation_hardly_changes_the_limits() {
     // √ε a ten-thousandth of the Stribeck velocity. The square root is within 2 % of the sign where
     // the contact breaks away.
-    let regularised = |epsilon| {
-        let model = table_2().model().regularised(SquareRoot::new(epsilon).unwrap());
-        model.under_load(1.0).unwrap()
-    };
+    let model = table_2().model().regularised(SquareRoot::new(1e-12).unwrap());
+    let smooth = model.under_load(1.0).unwrap();
     for scheme in LIMITED {
         let exact = largest_step(&table_2(), Some(FREE), 1.0, scheme).unwrap();
-        let smooth = largest_step(&regularised(1e-12), Some(FREE), 1.0, scheme).unwrap();
-        for (a, b) in [
-            (exact.bristle, smooth.bristle),
-            (exact.stuck_from_rest, smooth.stuck_from_rest),
-            (exact.stuck_reversed, smooth.stuck_reversed),
-        ] {
-            assert_eq!(a.is_some(), b.is_some());
-            let (a, b) = (a.unwrap_or(1.0), b.unwrap_or(1.0));
-            assert!((a - b).abs() < 0.02 * a, "{scheme}: {a}, regularised {b}");
-        }
+        assert_alike(largest_step(&smooth, Some(FREE), 1.0, scheme).unwrap(), exact, 0.02);
     }
 }
 
-// ---------------------------------------------------------------------------------------------
 // Any mechanism
 
 /// A step that stays within |R| ≤ 1 on the way to its limit and leaves it there.
@@ -265,32 +258,28 @@ fn the_stability_functions_are_those_of_the_methods() {
 #[test]
 fn a_scenes_jacobian_at_rest_gives_the_stuck_limits() {
     let rig = MassSpringDamper::new(paper::stick_slip_rig(table_2())).unwrap();
-    let opening = 50.0;
-    let valve = DiaphragmValve::new(paper::valve(table_3(), 0.425, opening)).unwrap();
+    let valve = DiaphragmValve::new(paper::valve(table_3(), 0.425, 50.0)).unwrap();
     let mechanism = Mechanism { spring_stiffness: 2.0, ..FREE };
     for scheme in
         [Scheme::Euler, Scheme::RungeKutta4, Scheme::DormandPrince, Scheme::DormandPrince8]
     {
         for reversed in [false, true] {
-            let pick = |limits: StepLimits<f64>| {
-                if reversed { limits.stuck_reversed } else { limits.stuck_from_rest }
-            };
             let part = if reversed { -1.0 } else { 0.0 };
-            let z = part * 1.5e-4;
-            let at_rest = Vector3::new(0.0, 0.0, z);
-            let tangent = rig.linearised(0.0, &at_rest, [Branch::Forward]).unwrap();
-            let got = largest_step_of(&tangent.by_state, scheme).unwrap();
-            let want =
-                pick(largest_step(&table_2(), Some(mechanism), 1.0, scheme).unwrap()).unwrap();
             // Eigenvalues of a balanced matrix keep all but a few digits.
-            assert!((got - want).abs() < 1e-9 * want, "{scheme}: {got}, not {want}");
+            let assert_near = |got: Option<f64>, limits: StepLimits<f64>| {
+                let want = if reversed { limits.stuck_reversed } else { limits.stuck_from_rest };
+                let (got, want) = (got.unwrap(), want.unwrap());
+                assert!((got - want).abs() < 1e-9 * want, "{scheme}: {got}, not {want}");
+            };
+            let at_rest = Vector3::new(0.0, 0.0, part * 1.5e-4);
+            let tangent = rig.linearised(0.0, &at_rest, [Branch::Forward]).unwrap();
+            let got = largest_step_of(&tangent.by_state, scheme);
+            assert_near(got, largest_step(&table_2(), Some(mechanism), 1.0, scheme).unwrap());
 
-            let z = part * 59.86 / 6.82e7;
-            let at_rest = Vector4::new(0.0, 0.0, z, 1e5);
+            let at_rest = Vector4::new(0.0, 0.0, part * 59.86 / 6.82e7, 1e5);
             let tangent = valve.linearised(0.0, &at_rest, [Branch::Forward]).unwrap();
-            let got = largest_step_of(&tangent.by_state, scheme).unwrap();
-            let want = pick(largest_step(&table_3(), Some(STEM), 1.0, scheme).unwrap()).unwrap();
-            assert!((got - want).abs() < 1e-9 * want, "{scheme}: {got}, not {want}");
+            let got = largest_step_of(&tangent.by_state, scheme);
+            assert_near(got, largest_step(&table_3(), Some(STEM), 1.0, scheme).unwrap());
         }
     }
 }
@@ -313,7 +302,6 @@ fn where_a_matrix_cannot_tell_the_answer_is_nan() {
     }
 }
 
-// ---------------------------------------------------------------------------------------------
 // Refusals
 
 #[test]
@@ -357,26 +345,20 @@ fn what_is_no_mechanism_is_refused_by_name() {
 
 #[test]
 fn single_precision_gives_the_same_limits() {
-    let (curve, bristle) = specimens::table_2();
-    let contact = FrBd::new(curve, bristle).under_load(1.0).unwrap();
+    let contact = specimens::table_2_frbd::<f32>().under_load(1.0).unwrap();
     let mechanism = Mechanism { mass: 1.0_f32, spring_stiffness: 0.0, viscous_damping: 0.0 };
     for scheme in LIMITED {
         let single = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
         let double = largest_step(&table_2(), Some(FREE), 1.0, scheme).unwrap();
-        for (a, b) in [
-            (single.bristle, double.bristle),
-            (single.stuck_from_rest, double.stuck_from_rest),
-            (single.stuck_reversed, double.stuck_reversed),
-        ] {
-            assert_eq!(a.is_some(), b.is_some());
-            // Some roundings of the coefficients in single precision.
-            let (a, b) = (f64::from(a.unwrap_or(1.0)), b.unwrap_or(1.0));
-            assert!((a - b).abs() < 3e-6 * b, "{scheme}: {a}, not {b}");
-        }
+        let mut wide = double;
+        wide.bristle = single.bristle.map(f64::from);
+        wide.stuck_from_rest = single.stuck_from_rest.map(f64::from);
+        wide.stuck_reversed = single.stuck_reversed.map(f64::from);
+        // Some roundings of the coefficients in single precision.
+        assert_alike(wide, double, 3e-6);
     }
 }
 
-// ---------------------------------------------------------------------------------------------
 // Measured
 
 /// A mass at rest on its bristles, spring and friction in balance. States: how far position,
@@ -474,12 +456,10 @@ fn run<M: Method<f64, N>, S: System<f64, N>, const N: usize>(
     h: f64,
     mut show: impl FnMut(f64) -> ControlFlow<()>,
 ) {
+    let mut observer = |step: &Step<f64, N>| show(step.end()[N.min(2) - 1]);
     let solver = Solver::fixed(method, h).unwrap().plain();
     let span = 0.0..h * f64::from(STEPS);
-    let last = N.min(2) - 1;
-    let run = solver
-        .stream(system, span, start.into(), &[], &mut |step: &Step<f64, N>| show(step.end()[last]));
-    run.unwrap();
+    solver.stream(system, span, start.into(), &[], &mut observer).unwrap();
 }
 
 /// Whether a small disturbance grows: its largest value in the second half of a run against that in
@@ -502,21 +482,16 @@ fn grows<S: System<f64, N>, const N: usize>(
         if value.abs() > 1e3 * start { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     match scheme {
-        Scheme::RungeKutta4 => {
-            let mut state = start.into();
-            for _ in 0..STEPS {
-                state = RungeKutta4::step(system, 0.0, &state, h);
-                if show(state[N.min(2) - 1]).is_break() {
-                    return true;
-                }
-            }
-        }
         Scheme::DormandPrince => run(DormandPrince, system, start, h, &mut show),
         Scheme::DormandPrince8 => run(DormandPrince8, system, start, h, &mut show),
         _ => {
             let mut state = start;
             for _ in 0..STEPS {
-                state = step(&state);
+                state = if scheme == Scheme::RungeKutta4 {
+                    RungeKutta4::step(system, 0.0, &state.into(), h).into()
+                } else {
+                    step(&state)
+                };
                 if show(state[N.min(2) - 1]).is_break() {
                     return true;
                 }
@@ -569,39 +544,36 @@ fn measured_stuck<M: Bristle<f64, Deflection = f64>>(
     })
 }
 
-#[test]
-fn a_stuck_mass_calms_down_up_to_the_predicted_step_and_no_further() {
-    for (contact, mechanism, smallest) in
-        [(table_2(), Mechanism { spring_stiffness: 2.0, ..FREE }, 1e-3), (table_3(), STEM, 2e-6)]
-    {
-        for scheme in LIMITED {
-            let limits = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
-            for (reversed, limit) in
-                [(false, limits.stuck_from_rest), (true, limits.stuck_reversed)]
-            {
-                let predicted = limit.unwrap();
-                let measured = measured_stuck(&contact, mechanism, scheme, reversed, smallest);
-                let off = (measured / predicted - 1.0).abs();
+fn assert_near(scheme: Scheme, measured: f64, predicted: Option<f64>) {
+    let predicted = predicted.unwrap();
+    let off = (measured / predicted - 1.0).abs();
+    assert!(off < 0.01, "{scheme}: measured {measured:e}, predicted {predicted:e}");
+}
 
-                assert!(off < 0.01, "{scheme}: measured {measured:e}, predicted {predicted:e}");
-            }
+/// Of a contact on a mechanism, searched for from a smallest step on.
+fn assert_calms<M: Bristle<f64, Deflection = f64>>(
+    contact: &Contact<f64, M>,
+    mechanism: Mechanism<f64>,
+    schemes: &[Scheme],
+    smallest: f64,
+) {
+    for &scheme in schemes {
+        let limits = largest_step(contact, Some(mechanism), 1.0, scheme).unwrap();
+        for (reversed, limit) in [(false, limits.stuck_from_rest), (true, limits.stuck_reversed)] {
+            let measured = measured_stuck(contact, mechanism, scheme, reversed, smallest);
+            assert_near(scheme, measured, limit);
         }
     }
 }
 
 #[test]
-fn lugre_is_stuck_as_frbd_is() {
-    let mechanism = Mechanism { spring_stiffness: 2.0, ..FREE };
-    for scheme in [Scheme::Euler, Scheme::RungeKutta4, Scheme::ExactHold] {
-        let limits = largest_step(&table_2_lugre(), Some(mechanism), 1.0, scheme).unwrap();
-        for (reversed, limit) in [(false, limits.stuck_from_rest), (true, limits.stuck_reversed)] {
-            let predicted = limit.unwrap();
-            let measured = measured_stuck(&table_2_lugre(), mechanism, scheme, reversed, 1e-3);
-            let off = (measured / predicted - 1.0).abs();
-
-            assert!(off < 0.01, "{scheme}: measured {measured:e}, predicted {predicted:e}");
-        }
-    }
+fn a_stuck_mass_calms_down_up_to_the_predicted_step_and_no_further() {
+    let sprung = Mechanism { spring_stiffness: 2.0, ..FREE };
+    assert_calms(&table_2(), sprung, &LIMITED, 1e-3);
+    assert_calms(&table_3(), STEM, &LIMITED, 2e-6);
+    // LuGre is stuck as FrBD is.
+    let schemes = [Scheme::Euler, Scheme::RungeKutta4, Scheme::ExactHold];
+    assert_calms(&table_2_lugre(), sprung, &schemes, 1e-3);
 }
 
 /// The step at which a disturbed bristle under a held velocity runs away.
@@ -631,18 +603,15 @@ fn a_bristle_relaxes_up_to_the_predicted_step_and_no_further() {
         Scheme::DormandPrince8,
     ];
     for scheme in schemes {
-        let near = |measured: f64, predicted: f64| {
-            let off = (measured / predicted - 1.0).abs();
-
-            assert!(off < 0.01, "{scheme}: measured {measured:e}, predicted {predicted:e}");
-        };
         // FrBD relaxes fastest at infinite velocity, σ1|v| ≫ μ; LuGre ever faster.
         for (contact, smallest) in [(table_2(), 1e-3), (table_3(), 1e-5)] {
             let limits = largest_step(&contact, Some(FREE), f64::INFINITY, scheme).unwrap();
-            near(measured_bristle(&contact, 1e3, scheme, smallest), limits.bristle.unwrap());
+            let measured = measured_bristle(&contact, 1e3, scheme, smallest);
+            assert_near(scheme, measured, limits.bristle);
         }
         let limits = largest_step(&table_2_lugre(), Some(FREE), 0.7, scheme).unwrap();
-        near(measured_bristle(&table_2_lugre(), 0.7, scheme, 1e-5), limits.bristle.unwrap());
+        let measured = measured_bristle(&table_2_lugre(), 0.7, scheme, 1e-5);
+        assert_near(scheme, measured, limits.bristle);
     }
 }
 
