@@ -36,34 +36,6 @@ fn every_curve_is_its_closed_form() {
 }
 
 #[test]
-fn curves_start_at_static_friction_and_end_at_dynamic_and_viscous() {
-    check(256, recipe(), |r| {
-        for (curve, subject) in curves::<f64>(&r) {
-            let at_rest = match curve {
-                Curve::Coulomb => r.dynamic,
-                Curve::Tabulated => r.table[0] * r.dynamic,
-                Curve::Function => 1.5 * r.dynamic,
-                _ => r.static_,
-            };
-            // μ_d + (μ_s − μ_d) is μ_s up to two roundings.
-            let got = subject.coefficient(0.0.into());
-            assert_within(4.0 * f64::EPSILON, at_rest, got, at_rest, || format!("{curve:?}"));
-            let v = 1e9 * r.stribeck_velocity;
-            let far = match curve {
-                // What is left of the drop: 1e-18 of it; of a half for the function, 1e-9.
-                Curve::Rational | Curve::Coulomb | Curve::Stribeck(_) | Curve::Asymmetric => {
-                    r.dynamic + r.viscous * v
-                }
-                Curve::Function => r.dynamic * (1.0 + 0.5e-9),
-                Curve::Tabulated => continue,
-            };
-            let got = subject.coefficient(v.into());
-            assert_within(1e-14, far, got, far, || format!("{curve:?} at {v:e}"));
-        }
-    });
-}
-
-#[test]
 fn an_exponential_that_no_longer_counts_leaves_exactly_the_rest() {
     let r = Recipe { viscous: 0.0, ..Recipe::TABLE_2 };
     for exponent in [0.7, 1.0, 2.0, 3.3] {
@@ -232,25 +204,19 @@ fn even_curves_do_not_know_the_direction_and_others_say_so() {
 
 #[test]
 fn an_asymmetric_curve_asks_the_curve_of_the_direction() {
-    let r = Recipe::TABLE_2;
-    let (forward, backward) = (stribeck::<f64>(&r, 2.0), rational::<f64>(&r));
+    let (forward, backward) = (stribeck::<f64>(&Recipe::TABLE_2, 2.0), rational(&Recipe::TABLE_2));
     let curve = Asymmetric { forward, backward };
-    for v in [0.0, 1e-9, 4e-3, 2.0] {
-        for (sliding, of_direction) in [
-            (Branch::Forward.of(v), forward.coefficient_and_slope(Branch::Forward.of(v))),
-            (Branch::Forward.of(-v), forward.coefficient_and_slope(Branch::Forward.of(-v))),
-            (Branch::Backward.of(v), backward.coefficient_and_slope(Branch::Backward.of(v))),
-            (Branch::Backward.of(-v), backward.coefficient_and_slope(Branch::Backward.of(-v))),
+    for v in [-2.0, -4e-3, -1e-9, 0.0, 1e-9, 4e-3, 2.0] {
+        for (branch, of_direction) in [
+            (Branch::Forward, forward.coefficient_and_slope(Branch::Forward.of(v))),
+            (Branch::Backward, backward.coefficient_and_slope(Branch::Backward.of(v))),
         ] {
-            assert_eq!(curve.coefficient_and_slope(sliding), of_direction);
-            assert_eq!(curve.coefficient(sliding), of_direction.0);
+            assert_eq!(curve.coefficient_and_slope(branch.of(v)), of_direction);
+            assert_eq!(curve.coefficient(branch.of(v)), of_direction.0);
         }
-        if v > 0.0 {
-            assert_eq!(curve.coefficient(v.into()), forward.coefficient(v.into()));
-            assert_eq!(curve.coefficient((-v).into()), backward.coefficient((-v).into()));
-        }
+        let free = if v < 0.0 { backward.at(v) } else { forward.at(v) };
+        assert_eq!(curve.at(v), free, "{v}");
     }
-    assert_eq!(curve.coefficient(0.0.into()), forward.coefficient(0.0.into()));
 }
 
 #[test]
@@ -519,20 +485,6 @@ fn a_table_is_continuously_differentiable_at_its_knots_and_beyond() {
 }
 
 #[test]
-fn a_table_has_its_extremes_at_knots() {
-    let curve = table::<f64, 4>([(0.0, 0.42), (0.01, 0.35), (0.1, 0.30), (1.0, 0.33)]);
-    let of = |fastest| curve.bounds(fastest);
-    assert_eq!(of(0.0), Bounds::constant(0.42));
-    assert_eq!(of(0.01), Bounds { min: 0.35, max: 0.42 });
-    assert_eq!(of(0.1), Bounds { min: 0.30, max: 0.42 });
-    assert_eq!(of(0.05), Bounds { min: curve.coefficient(0.05.into()), max: 0.42 });
-    assert_eq!(of(1.0), Bounds { min: 0.30, max: 0.42 });
-    assert_eq!(of(100.0), Bounds { min: 0.30, max: curve.coefficient(100.0.into()) });
-    // It rises at its end, so it rises for ever.
-    assert_eq!(of(INFINITY), Bounds { min: 0.30, max: INFINITY });
-}
-
-#[test]
 fn two_knots_make_a_line_or_an_arc_that_ends_level() {
     let rising = table::<f64, 2>([(0.0, 0.2), (2.0, 0.4)]);
     for s in [0.0, 0.5, 1.0, 2.0, 7.0] {
@@ -579,22 +531,20 @@ fn a_regularised_speed_is_larger_and_its_sign_smaller() {
     check(1024, (recipe(), velocity()), |(r, v)| {
         for (modulus, subject) in regularisations::<f64>(&r) {
             let name = || format!("{modulus:?} at v = {v:e}");
-            let (speed, sign) = (subject.speed(v.into()), subject.sign(v.into()));
+            let all =
+                |v: f64| (subject.speed_and_slope(v.into()), subject.sign_and_slope(v.into()));
+            let ((speed, slope), (sign, sign_slope)) = all(v);
             // Half a rounding of a root, a quotient, a tanh.
             let up = 1.0 + 2.0 * f64::EPSILON;
             assert!(speed * up >= v.abs(), "{}", name());
             assert!(speed <= (v.abs() + subject.speed_at_rest()) * up, "{}", name());
             assert!(sign.abs() <= up, "{}", name());
+            assert!(slope.abs() <= up && sign_slope >= 0.0, "{}", name());
             assert_within(ROUNDING, v.abs(), sign * speed, v, name);
             // Even and odd, to the last bit.
-            assert_eq!(subject.speed((-v).into()), speed, "{}", name());
-            assert_eq!(subject.sign((-v).into()), -sign, "{}", name());
-            let ((a, b), (c, d)) =
-                (subject.speed_and_slope((-v).into()), subject.sign_and_slope((-v).into()));
-            let (slope, sign_slope) =
-                (subject.speed_and_slope(v.into()).1, subject.sign_and_slope(v.into()).1);
-            assert_eq!((a, b, c, d), (speed, -slope, -sign, sign_slope), "{}", name());
-            assert!(slope.abs() <= up && sign_slope >= 0.0, "{}", name());
+            assert_eq!(all(-v), ((speed, -slope), (-sign, sign_slope)), "{}", name());
+            let alone = (subject.speed((-v).into()), subject.sign((-v).into()));
+            assert_eq!(alone, (subject.speed(v.into()), -subject.sign(v.into())), "{}", name());
         }
     });
 }
@@ -620,27 +570,24 @@ fn only_the_exact_modulus_knows_a_branch() {
 #[test]
 fn the_hyperbolic_tangent_has_no_seams_where_its_series_ends() {
     let tangent = HyperbolicTangent::new(1.0).unwrap();
-    // u² = 1e-8 for the speed, 0.1225 for its slope.
-    let mut previous = f64::NAN;
-    for i in -400..=400 {
-        let u = 1e-4 * (1.0 + f64::from(i) * f64::EPSILON);
-        let speed = tangent.speed(u.into());
-        // 1 + u²/3 − u⁴/45, next term u⁶ 2/945 = 2e-27.
-        let want = 1.0 + u * u / 3.0 - u.powi(4) / 45.0;
-        assert_within(4.0 * f64::EPSILON, 1.0, speed, want, || format!("speed, {i}"));
-        assert!(!((speed - previous).abs() > 4.0 * f64::EPSILON));
-        previous = speed;
-    }
-    let mut previous = f64::NAN;
-    for i in -400..=400 {
-        let u = 0.35 * (1.0 + f64::from(i) * f64::EPSILON);
-        let slope = tangent.speed_and_slope(u.into()).1;
-        // coth u − u/sinh² u cancels 2.9 and 2.7 to 0.23 here: thirty roundings.
-        let want = 1.0 / u.tanh() - u / u.sinh().powi(2);
-        assert_within(60.0 * f64::EPSILON, want, slope, want, || format!("slope, {i}"));
-        assert!(!((slope - previous).abs() > 60.0 * f64::EPSILON * want));
-        previous = slope;
-    }
+    // Against its closed form at neighbouring numbers, to so many roundings.
+    let assert_smooth = |at: f64, roundings: f64, pair: &dyn Fn(f64) -> (f64, f64)| {
+        let mut previous = f64::NAN;
+        for i in -400..=400 {
+            let (got, want) = pair(at * (1.0 + f64::from(i) * f64::EPSILON));
+            let tolerance = roundings * f64::EPSILON;
+            assert_within(tolerance, want, got, want, || format!("neighbour {i} of {at}"));
+            assert!(!((got - previous).abs() > tolerance * want));
+            previous = got;
+        }
+    };
+    // u² = 1e-8 for the speed: 1 + u²/3 − u⁴/45, next term u⁶ 2/945 = 2e-27.
+    let series = |u: f64| 1.0 + u * u / 3.0 - u.powi(4) / 45.0;
+    assert_smooth(1e-4, 4.0, &|u| (tangent.speed(u.into()), series(u)));
+    // u² = 0.1225 for its slope: coth u − u/sinh² u cancels 2.9 and 2.7 to 0.23 there: thirty
+    // roundings.
+    let slope = |u: f64| 1.0 / u.tanh() - u / u.sinh().powi(2);
+    assert_smooth(0.35, 60.0, &|u| (tangent.speed_and_slope(u.into()).1, slope(u)));
 }
 
 #[test]
