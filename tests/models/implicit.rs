@@ -5,7 +5,6 @@
 
 use std::cell::Cell;
 
-use bristle::companion::VelocityHistory;
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck};
 use bristle::rheology::KelvinVoigt;
 use bristle::{Affine, Bounds, Branch, Bristle, FrBd, ImplicitBristle, Rule, paper};
@@ -335,35 +334,6 @@ fn at_high_speed_it_is_frbd_but_for_a_constant() {
             assert_within(1e-3 / (v * v), 1.0, b - a, want, || format!("v = {v}, z = {z}"));
         }
     }
-}
-
-#[test]
-fn a_companion_step_leaves_a_stuck_mass_stuck_and_converges() {
-    let (model, _) = table_2();
-    let friction = model.under_load(1.0).unwrap().companion(1.0).unwrap();
-    // The rig of Table 2 for 20 s, which is two slips: positions with ever shorter steps.
-    let run = |steps: u32, end: f64| {
-        let h = end / f64::from(steps);
-        let (mut x, mut v, mut z) = (0.0, 0.0, 0.0);
-        let mut history = VelocityHistory::new(v);
-        for n in 0..steps {
-            let step = friction.step(history.predict(), z, h);
-            let stretch = 0.1 * h * (f64::from(n) + 0.5) - x;
-            let mean = (2.0 / h * v + 2.0 * stretch - step.bias()) / (2.0 / h + h + step.damping());
-            let committed = step.commit(mean);
-            assert!(committed.dissipated >= 0.0);
-            (x, v, z) = (x + h * mean, 2.0 * mean - v, committed.deflection);
-            history.push(v);
-        }
-        x
-    };
-    // Stuck, dragged steadily at v = 0.2/10002 m/s: 2 (0.1·5 − x) = 1e4 x + 64.5 v.
-    let want = (1.0 - 64.5 * 0.2 / 10_002.0) / 10_002.0;
-    assert_within(1e-10, want, run(500, 5.0), want, || "stuck".into());
-    let finest = run(64_000, 20.0);
-    let off = [8000, 16_000, 32_000].map(|n| (run(n, 20.0) - finest).abs());
-    // First order: halving the step takes the difference to the finest from 7 parts to 3 to 1.
-    assert!(off[2] < 0.45 * off[1] && off[1] < 0.6 * off[0] && off[0] < 2e-3, "{off:?}");
 }
 
 #[cfg(feature = "alloc")]

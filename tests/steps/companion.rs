@@ -519,10 +519,6 @@ fn a_stuck_mass_stays_stuck_and_bounded_for_every_step() {
             let name = || format!("{variant:?}, h = {h}");
             run(&companion, Rig::STICK_SLIP, ([0.0; 3], 25.0), steps, variant, |t, s, done| {
                 let [x, v, z] = s;
-                let terms = done.work.abs() + done.stored.abs() + done.dissipated;
-                let margin = done.work - done.stored;
-                assert!(margin >= -ROUNDING * terms, "{}: {margin:e} at {t}", name());
-                assert!(done.dissipated >= 0.0);
                 assert!(z.abs() <= LIMIT, "{}: z = {z:e} at {t}", name());
                 // The spring holds at most about breakaway, 1.5 N over 2 N/m, and the swing after
                 // it.
@@ -624,35 +620,6 @@ const OVERSHOOT: [(f64, f64, f64); 6] = [
     (0.25, 1.74, 1.66),
     (0.5, 2.00, 1.83),
 ];
-
-#[test]
-fn the_whole_mechanism_keeps_its_energy_balance() {
-    // Kinetic and elastic energy, the bristle's, what is dissipated: together the work of the
-    // drive.
-    let companion = table_2_frbd().under_load(1.0).unwrap().companion(1.0).unwrap();
-    let rig = Rig::STICK_SLIP;
-    for h in [1e-3, 2.5e-2, 0.5] {
-        let (mut before, mut dissipated, mut drive, mut peak) = ([0.0; 3], 0.0, 0.0, 0.0_f64);
-        let energy = |t: f64, [x, v, z]: MotionState| {
-            let stretch = rig.drive * t - x;
-            0.5 * v * v
-                + 0.5 * rig.stiffness * stretch * stretch
-                + companion.contact().stored_energy(z)
-        };
-        let steps = steps_of(h, 25.0);
-        let start = ([0.0; 3], 25.0);
-        let end = run(&companion, rig, start, steps, Variant::Extrapolated, |t, s, done| {
-            let stretch = rig.drive * (t - 0.5 * h) - 0.5 * (before[0] + s[0]);
-            drive += rig.stiffness * stretch * rig.drive * h;
-            dissipated += done.dissipated;
-            before = s;
-            peak = peak.max(energy(t, s));
-        });
-        // 25 000 steps of a dozen roundings of the largest energy.
-        let total = energy(25.0, end) + dissipated;
-        assert_within(1e-10, drive + peak, total, drive, || format!("h = {h}"));
-    }
-}
 
 // prediction, allocation
 
