@@ -1,5 +1,4 @@
 //! Friction curves and regularisations: limits, bounds, switches and branches.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::curve::{Asymmetric, Coulomb, FrictionCurve};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};

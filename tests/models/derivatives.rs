@@ -6,7 +6,6 @@
 //! are measured against the sum of their absolute values, as `bristle_specimens::closed_form`
 //! writes it down, since neither the library nor the dual numbers can do better than a few
 //! roundings of it.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::curve::FrictionCurve;
 use bristle::regularisation::Regularisation;

@@ -1,7 +1,6 @@
 //! The implicit bristle by itself: its force balance, what it sticks to and what it refuses; its
 //! relation to FrBD in numbers; how steps and integrators cope with it. The laws it
 //! shares run over it in tests/models/laws.rs.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
 

@@ -1,7 +1,6 @@
 //! The step of the implicit bristle at a held velocity, beside an integration of its own with tiny
 //! steps: which finds the tip by bisection, ends a step where the tip begins or ceases to stick,
 //! and is of fourth order in between.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
 

@@ -1,6 +1,5 @@
 //! The laws of friction with bristle dynamics, each written once and run over every implementor
 //! that claims it; and a counterexample for every law that one denies.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::curve::FunctionCurve;
 use bristle::{Affine, AnyBristle, Bounds, Bristle, FrBd, Law, LuGre, Surface};

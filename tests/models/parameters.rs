@@ -1,6 +1,5 @@
 //! The gate: what every constructor refuses, in which words, and that what it lets through gives
 //! finite answers.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::curve::{
     Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,

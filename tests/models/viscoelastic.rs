@@ -1,7 +1,6 @@
 //! Viscoelastic bristles: each law written once and run over every one of them, the exact step
 //! against eigenvectors of ninety digits and brute force, and the limits in which one bristle
 //! becomes another.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::rheology::{

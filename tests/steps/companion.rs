@@ -1,6 +1,5 @@
 //! Passive steps: the energy balance for every step and every prediction, the order of accuracy
 //! inside a mechanism, and a stuck mass under steps of any length.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
 

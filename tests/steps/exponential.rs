@@ -1,5 +1,4 @@
 //! A bristle under a known velocity: orders, bounds, limits.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,5 @@
 //! A normal force that varies, over every model: no history of load and velocity gives more energy
 //! than was stored, by either rule. For what is held see tests/load.rs.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::curve::Stribeck;
 use bristle::nalgebra::SVector;

@@ -1,6 +1,5 @@
 //! A free mass under a companion step, solved in closed form, and steps about a predicted
 //! deflection.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::companion::{PointMass, Prediction};
 use bristle::curve::{Stribeck, StribeckParameters};
