@@ -412,15 +412,9 @@ impl ClosedForm {
         let (sigma0, sigma1, mu) = (self.sigma0(v), self.sigma1(v), self.mu(v));
         let g = self.resistance(v, z);
         match self.family {
+            // Those of FrBD at the velocity of the tip.
             Family::Implicit => {
-                let u = self.tip(v, z);
-                let drive = self.mu(u) / g;
-                Affine {
-                    relaxation: sigma0 * self.speed(u) / g,
-                    drive,
-                    stiffness: sigma0 * drive,
-                    damping: sigma1 * drive,
-                }
+                Self { family: Family::FrBd, ..*self }.coefficients(self.tip(v, z), z)
             }
             Family::FrBd | Family::ElastoPlastic => Affine {
                 relaxation: self.alpha(v, z) * sigma0 * self.speed(v) / g,
@@ -514,29 +508,19 @@ impl ClosedForm {
     /// respect to v, by the quotient rule as dual numbers apply it, e.g. for λ = σ0|v|_ε/g:
     /// λ' = σ0'|v|_ε/g + σ0|v|_ε'/g − σ0|v|_ε g'/g² with g' = σ1'|v|_ε + σ1|v|_ε' + μ'.
     pub fn slope_terms(&self, v: f64, z: f64) -> Affine<f64> {
-        self.slope_terms_with(v, z, 0.0)
-    }
-
-    /// The same with more uncertainty [s/m] of the curve's slope.
-    pub fn slope_terms_with(&self, v: f64, z: f64, rough: f64) -> Affine<f64> {
         let r = &self.recipe;
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(v), self.speed(v));
         let ds0 = self.stiffness.slope_terms(r.stiffness, STIFFNESS_VARIATION, r, v);
         let ds1 =
             self.damping_scale() * self.damping.slope_terms(r.damping, DAMPING_VARIATION, r, v);
-        let (dmu, dn) = (self.mu_slope_terms(v) + rough, self.modulus.slope_terms(r, v));
+        let (dmu, dn) = (self.mu_slope_terms(v), self.modulus.slope_terms(r, v));
         // An error of α is relative to one, not to itself.
         let transition = self.in_transition(v, z);
         let (g, alpha) = (self.resistance(v, z), if transition { 1.0 } else { self.alpha(v, z) });
         match self.family {
             Family::Implicit => {
                 let at = self.at_tip(v, z);
-                // The same uncertainty, as the caller has it at v, at the tip.
-                let (u, uncertain) = (self.tip(v, z), if rough > 0.0 { 1.0 } else { 0.0 });
-                let (n, mu) = (self.speed(u), self.mu(u));
-                let of_curve = uncertain * (1.0 + 10.0 * n / r.stribeck_velocity) / mu;
-                let compliance = at.compliance_terms + of_curve;
-                let share = at.drive * at.drive * compliance * s1 / at.slope * at.rough;
+                let share = at.drive * at.drive * at.compliance_terms * s1 / at.slope * at.rough;
                 Affine {
                     // (s r)' = s' r − s σ1 r² s', of which s' r² is left.
                     relaxation: 2.0 * s0 * share / at.drive,
