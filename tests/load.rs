@@ -3,29 +3,21 @@
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle::companion::{PointMass, VelocityHistory};
-use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::rheology::{
-    GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters, Rheology, ZenerParameters,
-};
+use bristle::curve::Stribeck;
+use bristle::rheology::{KelvinVoigt, Rheology};
 use bristle::{Bristle, Contact, ElastoPlastic, FrBd, Scalar};
-use bristle_specimens::lit;
+use bristle_specimens::recipe::Recipe;
+use bristle_specimens::specimens::{kelvin_voigt, stribeck};
+use bristle_specimens::{lit, viscoelastic};
 use nalgebra::SVector;
 
 /// The part and the grip of the model sheet: 16 N, 0.3 kg, μ 0.8 to 0.6.
 fn curve<T: Scalar>() -> Stribeck<T> {
-    let parameters = StribeckParameters {
-        static_coefficient: lit(0.8),
-        dynamic_coefficient: lit(0.6),
-        stribeck_velocity: lit(0.01),
-        stribeck_exponent: lit(2.0),
-        viscous_friction: lit(0.0),
-    };
-    Stribeck::new(parameters).unwrap()
+    stribeck(&Recipe { dynamic: 0.6, static_: 0.8, viscous: 0.0, ..Recipe::TABLE_2 }, 2.0)
 }
 
 fn bristle<T: Scalar>() -> KelvinVoigt<T> {
-    let parameters = KelvinVoigtParameters { micro_stiffness: lit(5e3), micro_damping: lit(10.0) };
-    KelvinVoigt::new(parameters).unwrap()
+    kelvin_voigt(lit(5e3), lit(10.0))
 }
 
 type Grip<T> = Contact<T, FrBd<Stribeck<T>, KelvinVoigt<T>>>;
@@ -146,9 +138,7 @@ fn renewal_walks_as_its_closed_form_says() {
 }
 
 fn zener() -> FrBd<Stribeck<f64>, impl Rheology<f64, Deflection = SVector<f64, 2>>> {
-    let parameters =
-        ZenerParameters { static_stiffness: 5e3, relaxing_stiffness: 1e4, series_damping: 30.0 };
-    FrBd::new(curve(), GeneralisedMaxwell::zener(parameters).unwrap())
+    FrBd::new(curve(), viscoelastic::zener(5e3, 1e4, 30.0))
 }
 
 #[test]

@@ -338,15 +338,25 @@ fn at_high_speed_it_is_frbd_but_for_a_constant() {
 #[cfg(feature = "alloc")]
 mod runs {
     use super::*;
+    use bristle::Mechanism;
     use bristle::ode::{
-        Direction, DormandPrince8, Event, Method, Output, Rodas5P, Solver, Tolerances,
+        Direction, DormandPrince8, Event, Method, Output, Rodas5P, Solver, System, Tolerances,
     };
     use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
     use bristle::signal::{Sine, SineParameters};
+    use bristle_specimens::ode::rig;
     use nalgebra::Vector3;
 
     fn sine(mean: f64, amplitude: f64, frequency: f64) -> Sine<f64> {
         Sine::new(SineParameters { mean, amplitude, frequency, phase: 0.0 }).unwrap()
+    }
+
+    fn solver<M, S, const N: usize>(method: M, system: &S, relative: f64) -> Solver<f64, M, N>
+    where
+        M: Method<f64, N>,
+        S: System<f64, N>,
+    {
+        Solver::checked(method, Tolerances::scaled(relative, system.scales()).unwrap())
     }
 
     /// Mean period of stick-slip in the rig of Table 2, p = 1 N, over 60 s from rest.
@@ -355,15 +365,13 @@ mod runs {
         M: Bristle<f64, Deflection = f64>,
         N: Method<f64, 3>,
     {
-        let contact = model.under_load(1.0).unwrap();
-        let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
-        let solver = Solver::checked(method, Tolerances::scaled(rtol, rig.scales()).unwrap());
+        let (rig, output) = (rig(model, 0.1), Output::Uniform(2));
         let slips = |_: f64, state: &Vector3<f64>| state[1] - 0.01;
         let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];
-        let trajectory = solver
-            .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))
-            .unwrap();
-        let slips = trajectory.events();
+        let solver = solver(method, &rig, rtol);
+        let run = solver.solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, output);
+        let run = run.unwrap();
+        let slips = run.events();
         assert_eq!(slips.len(), 7);
         (slips[6].time - slips[0].time) / 6.0
     }
@@ -398,13 +406,10 @@ mod runs {
             (49.05, 0.215_445_495_04),
             (56.8, 0.464_627_066_20),
         ];
-        let contact = table_2().0.under_load(1.0).unwrap();
-        let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
+        let (contact, rig) = (table_2().0.under_load(1.0).unwrap(), rig(table_2().0, 0.1));
         let off = |rtol: f64| {
-            let tolerances = Tolerances::scaled(rtol, rig.scales()).unwrap();
-            let run = Solver::checked(DormandPrince8, tolerances)
-                .solve(&rig, 0.0..60.0, rig.at_rest(), Output::Uniform(1201))
-                .unwrap();
+            let solver = solver(DormandPrince8, &rig, rtol);
+            let run = solver.solve(&rig, 0.0..60.0, rig.at_rest(), Output::Uniform(1201)).unwrap();
             wanted.iter().fold(0.0_f64, |worst, &(time, force)| {
                 let state = run.states()[(time * 20.0_f64).round() as usize];
                 worst.max((contact.force(state[1], state[2]) - force).abs())
@@ -422,16 +427,12 @@ mod runs {
     fn the_loops_of_frictional_lag_are_two_tenths_apart() {
         let (solved, one_step) = table_2();
         fn forces<M: Bristle<f64, Deflection = f64>>(model: M, frequency: f64) -> Vec<f64> {
-            let scene = PrescribedVelocity::new(
-                model.under_load(1.0).unwrap(),
-                sine(0.0055, 0.005, frequency),
-            );
-            let tolerances = Tolerances::scaled(1e-8, scene.scales()).unwrap();
-            let solver = Solver::checked(DormandPrince8, tolerances);
-            let span = 0.0..10.0 / frequency;
-            let trajectory =
-                solver.solve(&scene, span, scene.stationary(0.0), Output::Uniform(5001)).unwrap();
-            trajectory.iter().skip(4500).map(|(t, state)| scene.friction_force(t, state)).collect()
+            let velocity = sine(0.0055, 0.005, frequency);
+            let scene = PrescribedVelocity::new(model.under_load(1.0).unwrap(), velocity);
+            let (start, output) = (scene.stationary(0.0), Output::Uniform(5001));
+            let solver = solver(DormandPrince8, &scene, 1e-8);
+            let run = solver.solve(&scene, 0.0..10.0 / frequency, start, output).unwrap();
+            run.iter().skip(4500).map(|(t, state)| scene.friction_force(t, state)).collect()
         }
         for (frequency, want) in [(25.0, 0.211_006_6), (50.0, 0.207_002_5), (100.0, 0.200_990_3)] {
             let (a, b) = (forces(solved, frequency), forces(one_step, frequency));
@@ -447,22 +448,17 @@ mod runs {
         let (solved, one_step) = table_2();
         // 0 to 0.8 F_b and back, once a second, on a unit mass.
         fn positions<M: Bristle<f64, Deflection = f64>>(model: M) -> [f64; 2] {
+            let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
             let scene = MassSpringDamper::new(MassSpringDamperParameters {
                 contact: model.under_load(1.0).unwrap(),
-                mechanism: bristle::Mechanism {
-                    mass: 1.0,
-                    spring_stiffness: 0.0,
-                    viscous_damping: 0.0,
-                },
+                mechanism,
                 drive_velocity: 0.0,
                 force: sine(0.6, 0.6, 1.0),
-            })
-            .unwrap();
-            let tolerances = Tolerances::scaled(1e-9, scene.scales()).unwrap();
-            let solver = Solver::checked(DormandPrince8, tolerances);
-            let trajectory =
-                solver.solve(&scene, 0.0..20.0, scene.at_rest(), Output::Uniform(3)).unwrap();
-            [trajectory.states()[1][0], trajectory.states()[2][0]]
+            });
+            let (scene, output) = (scene.unwrap(), Output::Uniform(3));
+            let solver = solver(DormandPrince8, &scene, 1e-9);
+            let run = solver.solve(&scene, 0.0..20.0, scene.at_rest(), output).unwrap();
+            [run.states()[1][0], run.states()[2][0]]
         }
         let [half, whole] = positions(solved);
         // It sticks: nothing but the integrator's errors, 1e-9 of 1.5e-4 m and some of the
@@ -477,17 +473,14 @@ mod runs {
     #[test]
     fn the_beginning_of_sliding_is_an_event() {
         let (model, _) = table_2();
-        let rig =
-            MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0).unwrap())).unwrap();
+        let rig = rig(model, 0.1);
         let breaks_away = |_: f64, state: &Vector3<f64>| model.stick_excess(state[1], state[2]);
         let events = [Event { function: &breaks_away, direction: Direction::Rising, stops: true }];
-        let solver = Solver::checked(Rodas5P, Tolerances::scaled(1e-8, rig.scales()).unwrap());
-        let run = solver
-            .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))
-            .unwrap();
+        let (solver, output) = (solver(Rodas5P, &rig, 1e-8), Output::Uniform(2));
+        let run = solver.solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, output);
         // Stuck, k (0.1 t − x) = F with x = z nearly steady at 0.2/1e4 m/s: F = 1.5 N at t = 7.5 s
         // + x/0.1 + transients.
-        let time = run.events()[0].time;
+        let time = run.unwrap().events()[0].time;
         assert_within(1e-3, 7.5, time, 7.5 + 1.5e-4 / 0.1, || "breakaway".into());
     }
 }

@@ -434,7 +434,12 @@ fn the_relaxation_limits_of_table_2_are_known() {
 fn at_threshold(r: &Recipe, multiple: f64, scale: f64) -> Specimen<f64> {
     let threshold = r.damping * (r.static_ - r.dynamic) / r.dynamic;
     let r = Recipe { viscous: multiple * threshold, ..*r };
-    let form = closed(&r, Family::LuGreClassical, Curve::Stribeck(2.0), Element::Constant);
+    let form = ClosedForm::new(
+        &r,
+        Family::LuGreClassical,
+        Curve::Stribeck(2.0),
+        (Element::Constant, Element::Constant),
+    );
     let model = LuGre::classical(stribeck(&r, 2.0), kelvin_voigt(r.stiffness, r.damping));
     let subject = AnyBristle::own(model).under_load(r.load).unwrap();
     Specimen { subject, form }.under(scale)
@@ -519,8 +524,12 @@ fn a_stiffness_that_depends_on_the_velocity_needs_enough_damping() {
     check(512, parameters, |(r, state, damping)| {
         let v = if state.velocity == 0.0 { 1e-3 } else { state.velocity };
         // Damping about the amount that decides.
-        let form = closed(&r, Family::FrBd, Curve::Stribeck(2.0), Element::Constant);
-        let form = ClosedForm { stiffness: Element::Varying, ..form };
+        let form = ClosedForm::new(
+            &r,
+            Family::FrBd,
+            Curve::Stribeck(2.0),
+            (Element::Varying, Element::Constant),
+        );
         let s = r.stiffness;
         let needed =
             form.mu(v) * (form.sigma0(v) - s).powi(2) / (4.0 * s * form.sigma0(v) * v.abs());
@@ -562,8 +571,12 @@ fn without_damping_a_varying_stiffness_always_gives_energy_somewhere() {
         let v = v.signum() * r.varying_velocity * (1.0 + v.abs());
         let model = FrBd::new(stribeck(&r, 2.0), own_element(varying_stiffness(&r), 0.0));
         assert!(!model.obeys(Law::Passivity));
-        let form = closed(&r, Family::FrBd, Curve::Stribeck(2.0), Element::None);
-        let form = ClosedForm { stiffness: Element::Varying, ..form };
+        let form = ClosedForm::new(
+            &r,
+            Family::FrBd,
+            Curve::Stribeck(2.0),
+            (Element::Varying, Element::None),
+        );
         let contact = model.under_load(r.load).unwrap();
         let change = form.sigma0(v) - r.stiffness;
         // Half of the deflection at which (sσ0|v|/μ)z² outweighs |σ0 − s||z v|.
@@ -1141,18 +1154,6 @@ fn every_law_has_a_name_of_its_own() {
     let names: std::collections::HashSet<_> = Law::ALL.iter().map(Law::to_string).collect();
     assert_eq!(names.len(), Law::ALL.len());
     assert_eq!(format!("{:>12}|", Law::Secant), "  secant law|");
-}
-
-fn closed(r: &Recipe, family: Family, curve: Curve, damping: Element) -> ClosedForm {
-    ClosedForm {
-        recipe: *r,
-        family,
-        curve,
-        modulus: Modulus::Exact,
-        stiffness: Element::Constant,
-        damping,
-        scale: 1.0,
-    }
 }
 
 #[test]

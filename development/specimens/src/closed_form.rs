@@ -239,6 +239,12 @@ impl Element {
 }
 
 impl ClosedForm {
+    /// Without regularisation, under the reference load.
+    pub fn new(r: &Recipe, family: Family, curve: Curve, elements: (Element, Element)) -> Self {
+        let ((stiffness, damping), recipe) = (elements, *r);
+        Self { recipe, family, curve, modulus: Modulus::Exact, stiffness, damping, scale: 1.0 }
+    }
+
     /// σ0(v).
     pub fn sigma0(&self, v: f64) -> f64 {
         self.stiffness.value(self.recipe.stiffness, STIFFNESS_VARIATION, &self.recipe, v)

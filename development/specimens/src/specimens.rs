@@ -76,36 +76,11 @@ pub fn specimens<T: Scalar>(recipe: &Recipe) -> Vec<Specimen<T>> {
     with_curve(&mut list, recipe, Curve::Asymmetric, asymmetric(recipe));
     with_curve(&mut list, recipe, Curve::Function, function(recipe));
     // … and one per model that has no curve of its own.
-    let form = ClosedForm {
-        recipe: Recipe { viscous: 0.0, ..*recipe },
-        family: Family::Dahl,
-        curve: Curve::Coulomb,
-        modulus: Modulus::Exact,
-        stiffness: Element::Constant,
-        damping: Element::None,
-        scale: 1.0,
-    };
+    let dry = Recipe { viscous: 0.0, ..*recipe };
+    let elements = (Element::Constant, Element::None);
+    let form = ClosedForm::new(&dry, Family::Dahl, Curve::Coulomb, elements);
     push(&mut list, form, dahl(recipe));
     list
-}
-
-/// One model in each regularisation.
-macro_rules! in_each_regularisation {
-    ($list:expr, $form:expr, $model:expr) => {{
-        let (form, model) = ($form, $model);
-        let recipe = &form.recipe;
-        push($list, ClosedForm { modulus: Modulus::Exact, ..form }, model.clone());
-        push(
-            $list,
-            ClosedForm { modulus: Modulus::SquareRoot, ..form },
-            model.clone().regularised(square_root(recipe)),
-        );
-        push(
-            $list,
-            ClosedForm { modulus: Modulus::HyperbolicTangent, ..form },
-            model.regularised(hyperbolic_tangent(recipe)),
-        );
-    }};
 }
 
 /// Every model that has a curve. One line each.
@@ -116,67 +91,48 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + Send + Sync + 'static>(
     c: C,
 ) {
     use Element::{Constant, Even, None, Varying};
-    let form = |family, stiffness, damping| ClosedForm {
-        recipe: *r,
-        family,
-        curve,
-        modulus: Modulus::Exact,
-        stiffness,
-        damping,
-        scale: 1.0,
-    };
-    let frbd = |stiffness, damping| form(Family::FrBd, stiffness, damping);
+    let form = |family, elements| ClosedForm::new(r, family, curve, elements);
+    /// One model.
+    macro_rules! one {
+        ($family:ident, $elements:expr, $model:expr) => {
+            push(list, form(Family::$family, $elements), $model)
+        };
+    }
+    /// One model in each regularisation.
+    macro_rules! each {
+        ($family:ident, $elements:expr, $model:expr) => {
+            let (form, model) = (form(Family::$family, $elements), $model);
+            push(list, form, model.clone());
+            let smooth = model.clone().regularised(square_root(r));
+            push(list, ClosedForm { modulus: Modulus::SquareRoot, ..form }, smooth);
+            let smooth = model.regularised(hyperbolic_tangent(r));
+            push(list, ClosedForm { modulus: Modulus::HyperbolicTangent, ..form }, smooth);
+        };
+    }
     let (k, d): (T, T) = (lit(r.stiffness), lit(r.damping));
-    let (k_varying, d_varying) = (varying_stiffness(r), varying_damping(r));
+    let (own_k, own_d) = (varying_stiffness(r), varying_damping(r));
+    let both = (Constant, Constant);
+    let (c, damped, undamped) = (|| c.clone(), || kelvin_voigt(k, d), || spring(k));
 
-    in_each_regularisation!(list, frbd(Constant, None), FrBd::new(c.clone(), spring(k)));
-    in_each_regularisation!(
-        list,
-        frbd(Constant, Constant),
-        FrBd::new(c.clone(), kelvin_voigt(k, d))
-    );
-    in_each_regularisation!(
-        list,
-        frbd(Constant, Varying),
-        FrBd::new(c.clone(), own_element(k, d_varying))
-    );
-    push(list, frbd(Constant, Even), FrBd::new(c.clone(), own_element(k, even_damping(r))));
-    in_each_regularisation!(
-        list,
-        frbd(Varying, Constant),
-        FrBd::new(c.clone(), own_element(k_varying.clone(), d))
-    );
-    push(list, frbd(Varying, None), FrBd::new(c.clone(), own_element(k_varying, T::zero())));
-
-    in_each_regularisation!(
-        list,
-        form(Family::LuGreClassical, Constant, Constant),
-        LuGre::classical(c.clone(), kelvin_voigt(k, d))
-    );
-    push(
-        list,
-        form(Family::LuGreClassical, Constant, None),
-        LuGre::classical(c.clone(), kelvin_voigt(k, T::zero())),
-    );
-    in_each_regularisation!(
-        list,
-        form(Family::LuGreInside, Constant, Constant),
-        lugre_inside(c.clone(), kelvin_voigt(k, d))
-    );
-    let stick_limit = lit(form(Family::ElastoPlastic, Constant, Constant).stick_limit());
-    in_each_regularisation!(
-        list,
-        form(Family::ElastoPlastic, Constant, Constant),
-        elasto_plastic(c.clone(), kelvin_voigt(k, d), stick_limit)
-    );
+    each!(FrBd, (Constant, None), FrBd::new(c(), undamped()));
+    each!(FrBd, both, FrBd::new(c(), damped()));
+    each!(FrBd, (Constant, Varying), FrBd::new(c(), own_element(k, own_d)));
+    one!(FrBd, (Constant, Even), FrBd::new(c(), own_element(k, even_damping(r))));
+    each!(FrBd, (Varying, Constant), FrBd::new(c(), own_element(own_k.clone(), d)));
+    one!(FrBd, (Varying, None), FrBd::new(c(), own_element(own_k, T::zero())));
+    each!(LuGreClassical, both, LuGre::classical(c(), damped()));
+    one!(LuGreClassical, (Constant, None), LuGre::classical(c(), undamped()));
+    each!(LuGreInside, both, lugre_inside(c(), damped()));
+    let stick_limit = lit(form(Family::ElastoPlastic, both).stick_limit());
+    each!(ElastoPlastic, both, elasto_plastic(c(), damped(), stick_limit));
 
     // Damped enough to have a single solution, where that can be: just so, and amply.
     let fall = curve.steepest_fall(r);
     if fall.is_finite() {
         for ample in [1.001, 1.5] {
             let r = Recipe { damping: ample * fall + r.damping + 1e-2, ..*r };
-            let form = ClosedForm { recipe: r, ..form(Family::Implicit, Constant, Constant) };
-            push(list, form, implicit(c.clone(), kelvin_voigt(k, lit(r.damping))));
+            let form = ClosedForm::new(&r, Family::Implicit, curve, both);
+            push(list, form, implicit(c(), kelvin_voigt(k, lit(r.damping))));
         }
     }
 }
