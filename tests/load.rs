@@ -185,36 +185,3 @@ fn a_constant_load_leaves_the_same_bits() {
         assert_eq!(reloaded.hold(v, left.deflection, 1e-3).deflection, z);
     }
 }
-
-/// How far the part falls within a second after its grip has gone to zero within one, from 0.6 of
-/// breakaway.
-fn fallen(h: f64) -> f64 {
-    let weight = 0.6 * 0.8 * GRIP;
-    let mass = weight / 9.81;
-    let mut companion = grip::<f64>().companion(1.0).unwrap();
-    let (mut velocity, mut z, mut way) = (0.0, weight / (5e3 * GRIP), 0.0);
-    let mut history = VelocityHistory::new(0.0);
-    for step in 0..(1.0 / h).round() as u32 {
-        let load = GRIP * (1.0 - (f64::from(step) + 0.5) * h);
-        let predicted = history.predict();
-        z = companion.reload(load, predicted, z).unwrap().deflection;
-        let friction = companion.step(predicted, z, h);
-        let mean =
-            friction.point_mass(PointMass { mass, velocity, force: weight, end_weight: 0.5 });
-        velocity = 2.0 * mean - velocity;
-        history.push(velocity);
-        z = friction.commit(mean).deflection;
-        way += h * mean;
-    }
-    way
-}
-
-#[test]
-fn a_grip_that_opens_lets_go_to_second_order() {
-    let ways = [2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4].map(fallen);
-    let rest = ways[4];
-    // Where the part begins to slip the second derivative jumps: the order is that of the jump's
-    // place, two on average.
-    let errors = ways.map(|way| (way - rest).abs());
-    assert!(errors[0] < 3e-3 * rest && errors[2] < 0.3 * errors[0], "{errors:?} of {rest}");
-}

@@ -9,17 +9,10 @@
 
 use bristle::curve::FrictionCurve;
 use bristle::regularisation::Regularisation;
-use bristle::rheology::{Elements, KelvinVoigt, Rheology};
 use bristle::{Affine, Branch, Bristle, Law, Scalar};
-use bristle_specimens::closed_form::{
-    Curve, DAMPING_VARIATION, Family, Modulus, STIFFNESS_VARIATION, Table,
-};
-use bristle_specimens::own_rheology::own_element;
+use bristle_specimens::closed_form::{Curve, Family, Modulus, Table};
 use bristle_specimens::recipe::{Recipe, fraction, nonzero_velocity, recipe, scale};
-use bristle_specimens::specimens::{
-    Specimen, curves, kelvin_voigt, regularisations, specimens, spring, varying_damping,
-    varying_stiffness,
-};
+use bristle_specimens::specimens::{Specimen, curves, regularisations, specimens};
 use bristle_specimens::{assert_affine, assert_within, check, lit};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -118,44 +111,6 @@ fn the_hyperbolic_tangent_has_an_accurate_slope_in_itself() {
         assert_within(1e-13, slope, tangent.sign_and_slope(v.into()).1, slope, || {
             format!("u = {u:e}")
         });
-    });
-}
-
-/// The slopes of a bristle's elements against dual numbers.
-fn assert_elements<A, B>(exact: &A, dual: &B, v: f64, terms: (f64, f64), what: &str)
-where
-    A: Rheology<f64, Deflection = f64>,
-    B: Rheology<Dual64, Deflection = Dual64>,
-{
-    for branch in [Branch::Free, Branch::Forward, Branch::Backward] {
-        let (at, slopes): (Elements<f64>, _) = exact.elements_and_slopes(branch.of(v));
-        let want = dual.elements(branch.of(variable(v)));
-        let name = || format!("{what} at v = {v:e}");
-        assert_eq!(at, exact.elements(branch.of(v)), "{}", name());
-        assert_within(ROUNDING, terms.0, slopes.stiffness, want.stiffness.eps, name);
-        assert_within(ROUNDING, terms.1, slopes.damping, want.damping.eps, name);
-        assert_eq!((slopes.decay, want.decay.eps), (0.0, 0.0));
-    }
-}
-
-#[test]
-fn the_slopes_of_every_bristle_are_its_derivatives() {
-    check(256, inputs(), |(r, v, ..)| {
-        let spring64: KelvinVoigt<f64> = spring(r.stiffness);
-        assert_elements(&spring64, &spring::<Dual64>(lit(r.stiffness)), v, (0.0, 0.0), "spring");
-        let constant: KelvinVoigt<f64> = kelvin_voigt(r.stiffness, r.damping);
-        let dual = kelvin_voigt::<Dual64>(lit(r.stiffness), lit(r.damping));
-        assert_elements(&constant, &dual, v, (0.0, 0.0), "Kelvin–Voigt");
-        // (1/√(1+u²))(1 − u²/(1+u²)) is how the dual numbers see the slope of u/√(1+u²).
-        let u = v / r.varying_velocity;
-        let terms = 2.0 / 1.0_f64.hypot(u) / r.varying_velocity;
-        assert_elements(
-            &own_element::<f64>(varying_stiffness(&r), varying_damping(&r)),
-            &own_element::<Dual64>(varying_stiffness(&r), varying_damping(&r)),
-            v,
-            (terms * STIFFNESS_VARIATION * r.stiffness, terms * DAMPING_VARIATION * r.damping),
-            "Kelvin–Voigt of two laws",
-        );
     });
 }
 

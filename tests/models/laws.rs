@@ -1,13 +1,13 @@
 //! The laws of friction with bristle dynamics, each written once and run over every implementor
 //! that claims it; and a counterexample for every law that one denies.
 
-use bristle::curve::FunctionCurve;
+use bristle::curve::{FrictionCurve, FunctionCurve};
 use bristle::{Affine, AnyBristle, Bounds, Bristle, FrBd, Law, LuGre, Surface};
 use bristle_specimens::closed_form::{ClosedForm, Curve, Element, Family, Modulus};
 use bristle_specimens::own_rheology::own_element;
 use bristle_specimens::recipe::{Recipe, State, decades, recipe, scale, state};
 use bristle_specimens::specimens::{
-    Specimen, coulomb, dahl, elasto_plastic, kelvin_voigt, specimens, spring, square_root,
+    Specimen, coulomb, curves, dahl, elasto_plastic, kelvin_voigt, specimens, spring, square_root,
     stribeck, table_2_bristle, table_2_curve, varying_stiffness,
 };
 use bristle_specimens::{assert_affine, assert_within, check, integral, root, runge_kutta};
@@ -971,22 +971,9 @@ fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
         let limit = subject.limits(v.abs()).deflection.unwrap();
         (-10..=10).map(move |i| (v, limit, f64::from(i) / 10.0 * limit))
     });
-    // The largest μ on the speeds up to one, from closed forms and a sampling to half a percent,
-    // so that a smooth maximum is hit to a part in 1e5.
-    let samples = if law == Law::BoundedForce { 5_500 } else { 1 };
-    let summits: Vec<(f64, f64)> = (0..samples)
-        .map(|i| 1e-6 * 1.005_f64.powi(i - 1) * f64::from(i.min(1)))
-        .scan(0.0, |most, speed| {
-            let here = [speed, -speed].map(|v| form.curve.mu(&form.recipe, v));
-            *most = here.into_iter().fold(*most, f64::max);
-            Some((speed, *most))
-        })
-        .collect();
-    let most = |speed: f64| {
-        let here = [speed, -speed].map(|v| form.curve.mu(&form.recipe, v));
-        let below = summits[summits.partition_point(|s| s.0 <= speed) - 1].1;
-        here.into_iter().fold(below, f64::max)
-    };
+    // The largest μ on the speeds up to one, see tests/models/curves.rs.
+    let curve = curves(&form.recipe).into_iter().find(|(curve, _)| *curve == form.curve);
+    let most = |speed: f64| curve.as_ref().unwrap().1.bounds(speed).max;
     let broken = |&(v, limit, z): &(f64, f64, f64)| {
         match law {
             Law::SteadySliding => {
@@ -1017,7 +1004,7 @@ fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
             }
             Law::BoundedForce => {
                 let force = subject.force(v, z).abs();
-                force > form.recipe.load * most(v.abs()) * (1.0 + 1e-4)
+                force > form.recipe.load * most(v.abs()) * (1.0 + clearly)
             }
             Law::OddSymmetry => {
                 let (now, mirrored) = (subject.response(v, z), subject.response(-v, -z));
