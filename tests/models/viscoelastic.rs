@@ -13,7 +13,7 @@ use bristle_specimens::specimens::{kelvin_voigt, spring, stribeck};
 use bristle_specimens::viscoelastic::{
     Change, Form, arms, case, every, maxwell, own_arms, parts, specimens, stretches, varying, zener,
 };
-use bristle_specimens::{assert_within, check};
+use bristle_specimens::{assert_within, check, lit};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector2, Vector3};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -685,47 +685,40 @@ fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
 
 // Bad input
 
-#[track_caller]
-fn refused<T>(result: Result<T, ParameterError>, name: &str, component: Option<usize>) {
-    let error = result.err().expect("must be refused");
-    assert_eq!((error.name, error.component), (name, component), "{error}");
-}
-
 #[test]
 fn what_makes_no_bristle_is_refused_by_name() {
+    let maxwell = |micro_stiffness, series_damping| {
+        Maxwell::<f64>::new(MaxwellParameters { micro_stiffness, series_damping }).err()
+    };
+    let zener = |static_stiffness, relaxing_stiffness, series_damping| {
+        let springs = ZenerParameters { static_stiffness, relaxing_stiffness, series_damping };
+        GeneralisedMaxwell::<f64, 2>::zener(springs).err()
+    };
+    let arms = |stiffness, eta, micro_damping| {
+        let arm = |stiffness, series_damping| MaxwellArm { stiffness, series_damping };
+        let arms = [arm(1.0, None), arm(stiffness, Some(eta))];
+        GeneralisedMaxwell::<f64, 2>::new(GeneralisedMaxwellParameters { arms, micro_damping })
+            .err()
+    };
     for bad in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
-        let maxwell = |k, eta| {
-            Maxwell::<f64>::new(MaxwellParameters { micro_stiffness: k, series_damping: eta })
-        };
-        refused(maxwell(bad, 1.0), "micro_stiffness", None);
-        refused(maxwell(1.0, bad), "series_damping", None);
-        let zener = |k0, k1, eta| {
-            GeneralisedMaxwell::zener(ZenerParameters {
-                static_stiffness: k0,
-                relaxing_stiffness: k1,
-                series_damping: eta,
-            })
-        };
-        refused(zener(bad, 1.0, 1.0), "static_stiffness", None);
-        refused(zener(1.0, bad, 1.0), "relaxing_stiffness", None);
-        refused(zener(1.0, 1.0, bad), "series_damping", None);
-        let arms = |k, eta, micro_damping| {
-            GeneralisedMaxwell::<f64, 2>::new(GeneralisedMaxwellParameters {
-                arms: [
-                    MaxwellArm { stiffness: 1.0, series_damping: None },
-                    MaxwellArm { stiffness: k, series_damping: Some(eta) },
-                ],
-                micro_damping,
-            })
-        };
-        refused(arms(bad, 1.0, 0.0), "arms.stiffness", Some(1));
-        refused(arms(1.0, bad, 0.0), "arms.series_damping", Some(1));
-        if bad != 0.0 {
-            refused(arms(1.0, 1.0, bad), "micro_damping", None);
+        for (refused, name, component) in [
+            (maxwell(bad, 1.0), "micro_stiffness", None),
+            (maxwell(1.0, bad), "series_damping", None),
+            (zener(bad, 1.0, 1.0), "static_stiffness", None),
+            (zener(1.0, bad, 1.0), "relaxing_stiffness", None),
+            (zener(1.0, 1.0, bad), "series_damping", None),
+            (arms(bad, 1.0, 0.0), "arms.stiffness", Some(1)),
+            (arms(1.0, bad, 0.0), "arms.series_damping", Some(1)),
+            (arms(1e4, 1e-58, 0.0), "stiffness over series_damping", Some(1)),
+            // No damping beside the arms is allowed.
+            (arms(1.0, 1.0, if bad == 0.0 { -1.0 } else { bad }), "micro_damping", None),
+        ] {
+            let error = refused.expect("must be refused");
+            assert_eq!((error.name, error.component), (name, component), "{error}");
         }
     }
     let none = GeneralisedMaxwellParameters::<f64, 0> { arms: [], micro_damping: 1.0 };
-    refused(GeneralisedMaxwell::new(none), "arms", None);
+    assert_eq!(GeneralisedMaxwell::new(none).unwrap_err().name, "arms");
 }
 
 /// μ = 1 at every speed.
@@ -737,33 +730,24 @@ fn of_one<T: Scalar>() -> Coulomb<T> {
 
 #[test]
 fn an_arm_that_lets_go_faster_than_a_step_can_tell_is_refused() {
-    let zener = |series_damping: f32| {
-        GeneralisedMaxwell::zener(ZenerParameters {
-            static_stiffness: 1e4_f32,
-            relaxing_stiffness: 1e4,
-            series_damping,
-        })
-    };
-    let refused = zener(1e-7).unwrap_err();
+    fn zener<T: Scalar>(eta: f64) -> Result<GeneralisedMaxwell<T, 2>, ParameterError> {
+        let [static_stiffness, relaxing_stiffness, series_damping] = [1e4, 1e4, eta].map(lit);
+        let parameters = ZenerParameters { static_stiffness, relaxing_stiffness, series_damping };
+        GeneralisedMaxwell::zener(parameters)
+    }
+    let refused = zener::<f32>(1e-7).unwrap_err();
     let Rule::AtMost { limit, .. } = refused.rule else { panic!("{refused}") };
     assert_eq!((refused.name, limit), ("stiffness over series_damping", 1e10));
     // One just within holds its static spring: 1 − e^(−σ0 v t/μ) after 1 s.
-    let contact = FrBd::new(of_one::<f32>(), zener(1e-6).unwrap()).under_load(1.0_f32).unwrap();
+    let contact = FrBd::new(of_one::<f32>(), zener(1e-6).unwrap()).under_load(1.0).unwrap();
     let want = -(-1e-2_f64).exp_m1();
     let got = f64::from(contact.hold(1e-6, Vector2::zeros(), 1.0).end_force);
     assert_within(1e-5, want, got, want, || "static spring".to_owned());
 
-    let arms = |damping| {
-        let arm = |series_damping| MaxwellArm { stiffness: 1e4, series_damping };
-        GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
-            arms: [arm(None), arm(Some(damping))],
-            micro_damping: 0.0,
-        })
-    };
-    let refused = arms(1e-58).unwrap_err();
-    assert_eq!((refused.component, refused.value), (Some(1), 1e4 / 1e-58));
-    let contact = FrBd::new(of_one::<f64>(), arms(1e-45).unwrap()).under_load(1.0).unwrap();
-    let got = contact.hold(1e-3, SVector::from([0.0, 0.0]), 1.0).end_force;
+    let refused = zener::<f64>(1e-58).unwrap_err();
+    assert_eq!(refused.value, 1e4 / 1e-58);
+    let contact = FrBd::new(of_one::<f64>(), zener(1e-45).unwrap()).under_load(1.0).unwrap();
+    let got = contact.hold(1e-3, Vector2::zeros(), 1.0).end_force;
     assert_within(1e-12, 1.0, got, -(-10.0_f64).exp_m1(), || "f64".to_owned());
 }
 
