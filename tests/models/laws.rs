@@ -2,7 +2,7 @@
 //! that claims it; and a counterexample for every law that one denies.
 
 use bristle::curve::{FrictionCurve, FunctionCurve};
-use bristle::{Affine, AnyBristle, Bounds, Bristle, FrBd, Law, LuGre, Surface};
+use bristle::{Affine, AnyBristle, Bounds, Bristle, Contact, FrBd, Law, LuGre, Surface};
 use bristle_specimens::closed_form::{ClosedForm, Curve, Element, Family, Modulus};
 use bristle_specimens::own_rheology::own_element;
 use bristle_specimens::recipe::{Recipe, State, decades, recipe, scale, state};
@@ -18,67 +18,92 @@ use proptest::prelude::*;
 /// speed) and products λh up to 700 in an exponent lose two digits more.
 const ROUNDING: f64 = 1e-12;
 
+/// One specimen in one state.
+struct Case<'a> {
+    specimen: &'a Specimen<f64>,
+    form: &'a ClosedForm,
+    subject: &'a Contact<f64, AnyBristle<f64>>,
+    state: &'a State,
+    /// Reference load P \[N\].
+    load: f64,
+    v: f64,
+    /// A deflection within the limit for every velocity, or for those up to |v|.
+    z: f64,
+}
+
+impl Case<'_> {
+    fn name(&self) -> String {
+        format!("{} at v = {:e}, z = {:e}", self.specimen.name(), self.v, self.z)
+    }
+
+    fn obeys(&self, law: Law) -> bool {
+        self.subject.model().obeys(law)
+    }
+
+    /// The sum of the absolute terms of F at deflections up to a size.
+    fn force_terms(&self, reach: f64) -> f64 {
+        let terms = self.form.terms(self.v, self.z);
+        self.load * (terms.stiffness * reach + terms.damping * self.v.abs())
+    }
+
+    /// The length of a step: `horizon` relaxation times, or the given one where nothing relaxes.
+    fn step(&self) -> f64 {
+        let rate = self.subject.affine(self.v, self.z).relaxation;
+        if rate > 0.0 { self.state.horizon / rate } else { self.state.duration }
+    }
+}
+
 /// Runs a check over every specimen at random parameters, loads and states.
-fn every_specimen(cases: u32, test: impl Fn(&Specimen<f64>, &State)) {
+fn every_specimen(cases: u32, test: impl Fn(&Case<'_>)) {
     check(cases, (recipe(), state(), scale()), |(recipe, state, scale)| {
         for specimen in specimens(&recipe) {
-            test(&specimen.under(scale), &state);
+            let specimen = specimen.under(scale);
+            let (form, subject, v) = (&specimen.form, &specimen.subject, state.velocity);
+            let most = |fastest| subject.limits(fastest).deflection;
+            let z = state.fraction * most(f64::INFINITY).or_else(|| most(v)).unwrap();
+            let (specimen, load) = (&specimen, recipe.load);
+            test(&Case { specimen, form, subject, state: &state, load, v, z });
         }
     });
 }
 
 /// Runs a check over every specimen that claims a law; there must be some.
-fn every_claimant(law: Law, cases: u32, test: impl Fn(&Specimen<f64>, &State)) {
+fn every_claimant(law: Law, cases: u32, test: impl Fn(&Case<'_>)) {
     let claims = std::cell::Cell::new(0);
-    every_specimen(cases, |specimen, state| {
+    every_specimen(cases, |case| {
         // Under a larger load than it was made for an implicit bristle may have several tips.
-        let folded = specimen.is_implicit() && specimen.form.scale > 1.0;
-        if specimen.subject.model().obeys(law) && !folded {
+        let folded = case.specimen.is_implicit() && case.form.scale > 1.0;
+        if case.obeys(law) && !folded {
             claims.set(claims.get() + 1);
-            test(specimen, state);
+            test(case);
         }
     });
     assert!(claims.get() > cases, "hardly anybody claims {law}");
-}
-
-/// The largest deflection that the theorems allow for every velocity, or for those up to a speed.
-fn deflection_limit(specimen: &Specimen<f64>, speed: f64) -> f64 {
-    let subject = &specimen.subject;
-    let limit = subject.limits(f64::INFINITY).deflection;
-    limit.or_else(|| subject.limits(speed).deflection).unwrap()
-}
-
-/// A deflection within the limit.
-fn deflection(specimen: &Specimen<f64>, state: &State) -> f64 {
-    state.fraction * deflection_limit(specimen, state.velocity.abs())
 }
 
 // The coefficients
 
 #[test]
 fn the_four_coefficients_are_the_closed_forms() {
-    every_specimen(64, |specimen, state| {
-        let (v, z) = (state.velocity, deflection(specimen, state));
-        let (form, got) = (&specimen.form, specimen.subject.affine(v, z));
-        assert_affine(ROUNDING, form.terms(v, z), got, form.coefficients(v, z), || {
-            format!("{} at v = {v:e}, z = {z:e}", specimen.name())
-        });
+    every_specimen(64, |case| {
+        let Case { form, subject, v, z, .. } = *case;
+        let (terms, want) = (form.terms(v, z), form.coefficients(v, z));
+        assert_affine(ROUNDING, terms, subject.affine(v, z), want, || case.name());
     });
 }
 
 #[test]
 fn rate_and_force_are_the_affine_forms() {
-    every_specimen(32, |specimen, state| {
-        let (v, z) = (state.velocity, deflection(specimen, state));
-        let (subject, p) = (&specimen.subject, specimen.form.recipe.load);
+    every_specimen(32, |case| {
+        let Case { subject, load, v, z, .. } = *case;
         let a = subject.affine(v, z);
         for (got, terms) in [
             (subject.rate(v, z), [a.drive * v, -a.relaxation * z]),
-            (subject.force(v, z), [p * a.stiffness * z, p * a.damping * v]),
+            (subject.force(v, z), [load * a.stiffness * z, load * a.damping * v]),
         ] {
             // The same two products and one sum, so the same roundings but for the load.
             let (sum, want) = (terms[0].abs() + terms[1].abs(), terms[0] + terms[1]);
-            assert_within(4.0 * f64::EPSILON, sum, got, want, || specimen.name());
+            assert_within(4.0 * f64::EPSILON, sum, got, want, || case.name());
         }
     });
 }
@@ -87,34 +112,29 @@ fn rate_and_force_are_the_affine_forms() {
 
 #[test]
 fn steady_sliding_reproduces_the_curve() {
-    every_claimant(Law::SteadySliding, 64, |specimen, state| {
-        let (v, form) = (state.velocity, &specimen.form);
-        let z = specimen.subject.stationary(v);
-        let name = || format!("{} at v = {v:e}", specimen.name());
-        let dry = form.recipe.load * form.mu(v) * form.sign(v);
-        let viscous = form.recipe.load * form.outside() * v;
+    every_claimant(Law::SteadySliding, 64, |case| {
+        let Case { form, subject, load, v, .. } = *case;
+        let (z, name) = (subject.stationary(v), || case.name());
+        let (dry, viscous) = (load * form.mu(v) * form.sign(v), load * form.outside() * v);
         // The two terms of the force at z_ss are added up from c₀z and c₂v.
-        let (c, scale) = (form.terms(v, z), form.recipe.load * form.mu(v));
-        let terms = form.recipe.load * (c.stiffness * z.abs() + c.damping * v.abs()) + scale;
-        assert_within(ROUNDING, terms, specimen.subject.force(v, z), dry + viscous, name);
+        let (c, scale) = (form.terms(v, z), load * form.mu(v));
+        let terms = load * (c.stiffness * z.abs() + c.damping * v.abs()) + scale;
+        assert_within(ROUNDING, terms, subject.force(v, z), dry + viscous, name);
         // Given on purpose, it does not suffer from LuGre's difference c₀z + c₂v.
         let scale = scale + viscous.abs();
-        let force = specimen.subject.stationary_force(v);
-        assert_within(ROUNDING, scale, force, dry + viscous, name);
+        assert_within(ROUNDING, scale, subject.stationary_force(v), dry + viscous, name);
         let terms = c.relaxation * z.abs() + c.drive * v.abs();
-        assert_within(ROUNDING, terms, specimen.subject.rate(v, z), 0.0, name);
+        assert_within(ROUNDING, terms, subject.rate(v, z), 0.0, name);
     });
 }
 
 #[test]
 fn the_stationary_deflection_carries_the_whole_curve() {
     // z_ss = sgn_ε(v) μ/σ0, also where an elasto-plastic model does not arrive at it.
-    every_specimen(32, |specimen, state| {
-        let (v, form) = (state.velocity, &specimen.form);
+    every_specimen(32, |case| {
+        let Case { form, subject, v, .. } = *case;
         let want = form.sign(v) * form.mu(v) / form.sigma0(v);
-        assert_within(ROUNDING, want.abs(), specimen.subject.stationary(v), want, || {
-            format!("{} at v = {v:e}", specimen.name())
-        });
+        assert_within(ROUNDING, want.abs(), subject.stationary(v), want, || case.name());
     });
 }
 
@@ -193,9 +213,9 @@ fn plasticity_rises_from_zero_at_the_stick_limit_to_one_at_full_deflection() {
 
 #[test]
 fn the_bristle_is_in_series_with_a_dashpot_frozen_at_the_rigid_velocity() {
-    every_claimant(Law::Secant, 64, |specimen, state| {
-        let (off, terms) = secant_violation(specimen, state.velocity, deflection(specimen, state));
-        assert_within(ROUNDING, terms, off, 0.0, || specimen.name());
+    every_claimant(Law::Secant, 64, |case| {
+        let (off, terms) = secant_violation(case.specimen, case.v, case.z);
+        assert_within(ROUNDING, terms, off, 0.0, || case.name());
     });
 }
 
@@ -216,66 +236,57 @@ fn secant_violation(specimen: &Specimen<f64>, v: f64, z: f64) -> (f64, f64) {
 
 #[test]
 fn the_dissipated_power_is_the_work_less_what_is_stored() {
-    every_specimen(64, |specimen, state| {
-        let (v, subject) = (state.velocity, &specimen.subject);
+    every_specimen(64, |case| {
+        let Case { form, subject, load, v, .. } = *case;
         // Any deflection, also far beyond the limit: the identity is algebra.
-        for z in [deflection(specimen, state), 10.0 * deflection(specimen, state)] {
-            let name = || format!("{} at v = {v:e}, z = {z:e}", specimen.name());
-            let terms = specimen.form.power_terms(v, z) + specimen.form.power_by_alpha(v, z);
-            let stored = specimen.form.recipe.load * specimen.form.storage() * z;
+        for z in [case.z, 10.0 * case.z] {
+            let terms = form.power_terms(v, z) + form.power_by_alpha(v, z);
+            let stored = load * form.storage() * z;
             let balance = subject.force(v, z) * v - stored * subject.rate(v, z);
             let dissipated = subject.dissipated_power(v, z);
-            assert_within(ROUNDING, terms, dissipated, balance, name);
-            assert_within(ROUNDING, terms, dissipated, specimen.form.dissipation(v, z), name);
+            assert_within(ROUNDING, terms, dissipated, balance, || case.name());
+            assert_within(ROUNDING, terms, dissipated, form.dissipation(v, z), || case.name());
             let energy = 0.5 * stored * z;
-            assert_within(ROUNDING, energy, subject.stored_energy(z), energy, name);
+            assert_within(ROUNDING, energy, subject.stored_energy(z), energy, || case.name());
         }
     });
 }
 
 #[test]
 fn friction_never_gives_more_energy_than_it_stored() {
-    every_claimant(Law::Passivity, 96, |specimen, state| {
-        let (v, z) = (state.velocity, deflection(specimen, state));
-        let power = specimen.subject.dissipated_power(v, z);
-        let terms = specimen.form.power_terms(v, z);
-        assert!(
-            power >= -ROUNDING * terms,
-            "{} at v = {v:e}, z = {z:e}: {power:e}",
-            specimen.name()
-        );
+    every_claimant(Law::Passivity, 96, |case| {
+        let Case { form, subject, v, z, .. } = *case;
+        let power = subject.dissipated_power(v, z);
+        assert!(power >= -ROUNDING * form.power_terms(v, z), "{}: {power:e}", case.name());
     });
 }
 
 #[test]
 fn frbd_dissipates_in_its_surface_and_in_its_dashpot_each_for_itself() {
-    let in_family = |specimen: &Specimen<f64>| {
-        specimen.form.stiffness == Element::Constant && (specimen.is_frbd() || specimen.freezes())
-    };
-    every_specimen(64, |specimen, state| {
-        if !in_family(specimen) {
+    every_specimen(64, |case| {
+        let Case { specimen, form, subject, load, v, .. } = *case;
+        let in_family = specimen.is_frbd() || specimen.freezes();
+        if form.stiffness != Element::Constant || !in_family {
             return;
         }
-        let (v, form, subject) = (state.velocity, &specimen.form, &specimen.subject);
-        let z = 3.0 * deflection(specimen, state);
-        let name = || format!("{} at v = {v:e}, z = {z:e}", specimen.name());
+        let (z, name) = (3.0 * case.z, || case.name());
         let (rate, force) = (subject.rate(v, z), subject.force(v, z));
         let surface = force * (v - rate);
-        let dashpot = form.recipe.load * form.sigma1(v) * rate * rate;
+        let dashpot = load * form.sigma1(v) * rate * rate;
         let terms = form.terms(v, z);
-        let force_terms = form.recipe.load * (terms.stiffness * z.abs() + terms.damping * v.abs());
+        let force_terms = load * (terms.stiffness * z.abs() + terms.damping * v.abs());
         let rate_terms = terms.relaxation * z.abs() + terms.drive * v.abs();
         let sum = form.power_terms(v, z)
+            + form.power_by_alpha(v, z)
             + force_terms * (v.abs() + rate_terms)
-            + form.recipe.load * form.sigma1(v) * rate_terms * rate_terms;
+            + load * form.sigma1(v) * rate_terms * rate_terms;
         let want = form.dissipation(v, z);
-        let sum = sum + form.power_by_alpha(v, z);
         assert_within(ROUNDING, sum, surface + dashpot, want, name);
         assert!(surface >= -ROUNDING * sum, "{}: F v_s = {surface:e}", name());
         // What the library adds up for this family has no negative term, so it is accurate
-        // relative to itself, and its sign is beyond rounding.
+        // relative to itself, and its sign is beyond rounding. The tip velocity has an error that
+        // is not relative to itself.
         let power = subject.dissipated_power(v, z);
-        // The tip velocity has an error that is not relative to itself.
         let by_tip = if specimen.is_implicit() { sum } else { 0.0 };
         assert_within(ROUNDING, want + form.power_by_alpha(v, z) + by_tip, power, want, name);
         assert!(power >= 0.0, "{}: {power:e}", name());
@@ -286,19 +297,15 @@ fn frbd_dissipates_in_its_surface_and_in_its_dashpot_each_for_itself() {
 
 #[test]
 fn the_deflection_turns_back_at_its_limit() {
-    every_claimant(Law::BoundedDeflection, 64, |specimen, state| {
-        let v = state.velocity;
+    every_claimant(Law::BoundedDeflection, 64, |case| {
+        let Case { form, subject, v, .. } = *case;
         for fastest in [v.abs(), 10.0 * v.abs(), f64::INFINITY] {
-            let Some(limit) = specimen.subject.limits(fastest).deflection else { continue };
+            let Some(limit) = subject.limits(fastest).deflection else { continue };
             for z in [limit, -limit] {
-                let rate = specimen.subject.rate(v, z);
-                let terms = specimen.form.terms(v, z);
+                let (rate, terms) = (subject.rate(v, z), form.terms(v, z));
                 let sum = terms.relaxation * limit + terms.drive * v.abs();
-                assert!(
-                    rate * z.signum() <= ROUNDING * sum,
-                    "{} leaves {z:e} at v = {v:e} with ż = {rate:e}",
-                    specimen.name()
-                );
+                let outwards = rate * z.signum();
+                assert!(outwards <= ROUNDING * sum, "{}: {rate:e} at {z:e}", case.name());
             }
         }
     });
@@ -306,26 +313,22 @@ fn the_deflection_turns_back_at_its_limit() {
 
 #[test]
 fn the_deflection_stays_within_its_limit_over_any_sequence_of_steps() {
-    every_claimant(Law::BoundedDeflection, 48, |specimen, state| {
+    every_claimant(Law::BoundedDeflection, 48, |case| {
+        let Case { form, subject, state, .. } = *case;
         let fastest = state.velocity.abs().max(1e-9);
-        let limit = specimen.subject.limits(fastest).deflection.unwrap();
+        let limit = subject.limits(fastest).deflection.unwrap();
         let mut z = state.fraction * limit;
         for &(fraction, horizon) in &state.chain {
-            let v = fraction * fastest;
-            let h = horizon * limit / fastest;
+            let (v, h) = (fraction * fastest, horizon * limit / fastest);
             // Steps that freeze α may overshoot by the displacement of the step; those that follow
             // a tip by the accuracy of that.
-            let slack = match specimen.form.family {
+            let slack = match form.family {
                 Family::ElastoPlastic => v.abs() * h,
                 Family::Implicit => 1e-8 * limit,
                 _ => ROUNDING * limit,
             };
-            z = specimen.subject.hold(v, z, h).deflection;
-            assert!(
-                z.abs() <= limit + slack,
-                "{}: {z:e} beyond {limit:e} at v = {v:e}",
-                specimen.name()
-            );
+            z = subject.hold(v, z, h).deflection;
+            assert!(z.abs() <= limit + slack, "{}: {z:e} beyond {limit:e}", case.name());
             z = z.clamp(-limit, limit);
         }
     });
@@ -335,12 +338,11 @@ fn the_deflection_stays_within_its_limit_over_any_sequence_of_steps() {
 /// limit for some velocities.
 #[test]
 fn every_limit_that_is_given_holds() {
-    every_specimen(96, |specimen, state| {
-        let (v, form, subject) = (state.velocity, &specimen.form, &specimen.subject);
-        let obeys = |law| subject.model().obeys(law);
+    every_specimen(96, |case| {
+        let Case { form, subject, state, load, v, .. } = *case;
         for fastest in [v.abs(), 10.0 * v.abs(), f64::INFINITY] {
             let limits = subject.limits(fastest);
-            let name = || format!("{} at v = {v:e}, up to {fastest:e}", specimen.name());
+            let name = || format!("{}, up to {fastest:e}", case.name());
             if fastest.is_finite() && fastest > 0.0 {
                 assert!(limits.deflection.is_some(), "{}", name());
                 assert_eq!(limits.relaxation_rate.is_some(), form.scale == 1.0, "{}", name());
@@ -349,26 +351,25 @@ fn every_limit_that_is_given_holds() {
                 let force = subject.force(v, state.fraction * most).abs();
                 assert!(force <= limit * (1.0 + ROUNDING), "{}: F = {force:e}", name());
             }
-            if obeys(Law::BoundedForce)
+            if case.obeys(Law::BoundedForce)
                 && let Some(most) = limits.deflection
             {
                 // p max μ; for the value of the maximum see tests/models/curves.rs.
                 let limit = limits.force.expect("a bounded deflection bounds the force");
-                assert!(limit >= form.recipe.load * form.mu(v) * (1.0 - ROUNDING), "{}", name());
-                let carried = most * form.recipe.stiffness * form.recipe.load;
+                assert!(limit >= load * form.mu(v) * (1.0 - ROUNDING), "{}", name());
+                let carried = most * form.recipe.stiffness * load;
                 assert_within(ROUNDING, limit, carried, limit, name);
             }
             if let Some(limit) = limits.relaxation_rate {
-                let most = limits.deflection.unwrap_or_else(|| deflection_limit(specimen, v.abs()));
                 // At any deflection, for α is largest far out, and at any velocity of the range.
                 let faster = [v, 1e6 * v, -1e12];
                 let velocities = if fastest.is_finite() { &faster[..1] } else { &faster };
                 for (&v, size) in velocities.iter().flat_map(|v| [(v, 1.0), (v, 3.0)]) {
-                    let rate = subject.affine(v, size * state.fraction * most).relaxation;
+                    let rate = subject.affine(v, size * case.z).relaxation;
                     assert!(rate <= limit * (1.0 + ROUNDING), "{}: λ = {rate:e}", name());
                 }
             } else {
-                let claimed = obeys(Law::BoundedRelaxation) && form.scale == 1.0;
+                let claimed = case.obeys(Law::BoundedRelaxation) && form.scale == 1.0;
                 assert!(!claimed || fastest == 0.0, "{}: no limit of λ", name());
             }
         }
@@ -589,11 +590,11 @@ fn without_damping_a_varying_stiffness_always_gives_energy_somewhere() {
 
 #[test]
 fn reversing_velocity_and_deflection_reverses_rate_and_force() {
-    every_claimant(Law::OddSymmetry, 48, |specimen, state| {
-        let (v, z) = (state.velocity, deflection(specimen, state));
-        let (now, mirrored) = (specimen.subject.response(v, z), specimen.subject.response(-v, -z));
+    every_claimant(Law::OddSymmetry, 48, |case| {
+        let Case { subject, v, z, .. } = *case;
+        let (now, mirrored) = (subject.response(v, z), subject.response(-v, -z));
         // Signs do not round.
-        assert_eq!((mirrored.rate, mirrored.force), (-now.rate, -now.force), "{}", specimen.name());
+        assert_eq!((mirrored.rate, mirrored.force), (-now.rate, -now.force), "{}", case.name());
     });
 }
 
@@ -608,10 +609,6 @@ struct Held {
 }
 
 impl Held {
-    fn new(specimen: &Specimen<f64>, v: f64, z: f64) -> Self {
-        Self { v, z, c: specimen.subject.affine(v, z) }
-    }
-
     fn deflection(&self, t: f64) -> f64 {
         let Self { v, z, c } = self;
         if c.relaxation == 0.0 {
@@ -637,41 +634,28 @@ impl Held {
     }
 }
 
-/// The length of the step: `horizon` relaxation times, or the given one where nothing relaxes.
-fn step(specimen: &Specimen<f64>, state: &State, z: f64) -> f64 {
-    let rate = specimen.subject.affine(state.velocity, z).relaxation;
-    if rate > 0.0 { state.horizon / rate } else { state.duration }
-}
-
 #[test]
 fn a_held_velocity_is_stepped_exactly() {
-    every_specimen(64, |specimen, state| {
-        let (v, z) = (state.velocity, deflection(specimen, state));
-        if specimen.is_implicit() {
+    every_specimen(64, |case| {
+        let Case { form, subject, load, v, z, .. } = *case;
+        if case.specimen.is_implicit() {
             // Its coefficients change along the step, see tests/models/implicit_hold.rs; but in the
             // end it slides, if it is not folded.
-            if v != 0.0 && specimen.form.scale <= 1.0 {
-                let (held, want) =
-                    (specimen.subject.hold(v, z, 1e300), specimen.subject.stationary(v));
-                let reach = z.abs().max(want.abs());
-                assert_within(1e-7, reach, held.deflection, want, || specimen.name());
+            if v != 0.0 && form.scale <= 1.0 {
+                let (got, want) = (subject.hold(v, z, 1e300).deflection, subject.stationary(v));
+                assert_within(1e-7, z.abs().max(want.abs()), got, want, || case.name());
             }
             return;
         }
+        let held = Held { v, z, c: subject.affine(v, z) };
         // At the end λh overflows, and what is left is steady sliding.
-        for h in [0.0, step(specimen, state, z), 1e300] {
-            if h == 1e300 && specimen.subject.affine(v, z).relaxation < 1e-200 {
-                continue;
-            }
-            let (held, got) = (Held::new(specimen, v, z), specimen.subject.hold(v, z, h));
-            let name = || format!("{} from z = {z:e} at v = {v:e} for {h:e} s", specimen.name());
-            let (end, mean) = (held.deflection(h), held.mean(h));
+        let forever = if held.c.relaxation < 1e-200 { 0.0 } else { 1e300 };
+        for h in [0.0, case.step(), forever] {
+            let (end, mean, got) = (held.deflection(h), held.mean(h), subject.hold(v, z, h));
             let reach = z.abs().max(end.abs());
+            let (sum, name) = (case.force_terms(reach), || format!("{}, {h:e} s", case.name()));
             assert_within(ROUNDING, reach, got.deflection, end, name);
-            let p = specimen.form.recipe.load;
-            let terms = specimen.form.terms(v, z);
-            let sum = p * (terms.stiffness * reach + terms.damping * v.abs());
-            let force = |z: f64| p * (held.c.stiffness * z + held.c.damping * v);
+            let force = |z: f64| load * (held.c.stiffness * z + held.c.damping * v);
             assert_within(ROUNDING, sum, got.end_force, force(end), name);
             assert_within(ROUNDING, sum, got.mean_force, force(mean), name);
         }
@@ -681,11 +665,11 @@ fn a_held_velocity_is_stepped_exactly() {
 #[test]
 fn no_velocity_is_so_large_that_it_switches_the_friction_off() {
     let overflows = std::cell::Cell::new(0);
-    every_claimant(Law::SteadySliding, 8, |specimen, state| {
+    every_claimant(Law::SteadySliding, 8, |case| {
+        let Case { specimen, subject, state, .. } = *case;
         if specimen.freezes() {
             return;
         }
-        let subject = &specimen.subject;
         for (sign, exponent) in (100..=308).flat_map(|exponent| [(1.0, exponent), (-1.0, exponent)])
         {
             let (v, slower) = (sign * 10_f64.powi(exponent), sign * 1e99);
@@ -706,20 +690,18 @@ fn no_velocity_is_so_large_that_it_switches_the_friction_off() {
 
 #[test]
 fn no_exact_step_gives_more_energy_than_was_stored() {
-    every_claimant(Law::Passivity, 24, |specimen, state| {
-        let (v, z, subject) = (state.velocity, deflection(specimen, state), &specimen.subject);
-        let h = step(specimen, state, z);
+    every_claimant(Law::Passivity, 24, |case| {
+        let Case { specimen, subject, v, z, .. } = *case;
+        let h = case.step();
         let held = subject.hold(v, z, h);
         let (from, to) = (subject.stored_energy(z), subject.stored_energy(held.deflection));
         let work = h * held.mean_force * v;
-        let (terms, reach) = (specimen.form.terms(v, z), z.abs().max(held.deflection.abs()));
-        let force = specimen.form.recipe.load * (terms.stiffness * reach + terms.damping * v.abs());
-        let sum = from + to + h * v.abs() * force;
+        let reach = z.abs().max(held.deflection.abs());
+        let sum = from + to + h * v.abs() * case.force_terms(reach);
         // The step of an implicit bristle has an accuracy of its own.
         let rounding = if specimen.is_implicit() { 1e-8 } else { ROUNDING };
         let margin = work - (to - from);
-        let name = || format!("{} from z = {z:e} at v = {v:e} for {h:e} s", specimen.name());
-        assert!(margin >= -rounding * sum, "{}: {margin:e} of {sum:e}", name());
+        assert!(margin >= -rounding * sum, "{}, {h:e} s: {margin:e} of {sum:e}", case.name());
     });
 }
 
