@@ -617,7 +617,7 @@ const OVERSHOOT: [(f64, f64, f64); 6] = [
     (0.5, 2.00, 1.83),
 ];
 
-// prediction, allocation
+// prediction
 
 #[test]
 fn the_history_extrapolates_to_the_middle_of_the_next_step() {
@@ -637,18 +637,4 @@ fn the_history_extrapolates_to_the_middle_of_the_next_step() {
     assert_eq!(history.predict(), -5.5);
     history.push(f64::NAN);
     assert!(history.predict().is_nan());
-}
-
-#[test]
-fn a_run_of_passive_steps_allocates_nothing() {
-    let counted = allocation_counter::measure(|| {
-        let companion = table_2_frbd().under_load(1.0).unwrap().companion(1.0).unwrap();
-        let motion = ([0.0; 3], 25.0);
-        let mut dissipated = 0.0;
-        run(&companion, Rig::STICK_SLIP, motion, 5000, Variant::Corrected, |_, _, done| {
-            dissipated += done.dissipated;
-        });
-        assert!(dissipated > 0.1, "{dissipated}");
-    });
-    assert_eq!(counted.count_total, 0);
 }
