@@ -635,7 +635,7 @@ impl Held {
 #[test]
 fn a_held_velocity_is_stepped_exactly() {
     every_specimen(64, |case| {
-        let Case { form, subject, load, v, z, .. } = *case;
+        let Case { subject, load, v, z, .. } = *case;
         if case.specimen.is_implicit() {
             // Its coefficients change along the step, see tests/models/implicit_hold.rs; but in the
             // end it slides.
