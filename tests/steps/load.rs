@@ -117,7 +117,7 @@ fn random_histories<T: Scalar>(
     let bristle = GeneralisedMaxwell::zener(ZenerParameters {
         static_stiffness: lit(recipe.stiffness),
         relaxing_stiffness: lit(2.0 * recipe.stiffness),
-        series_damping: lit::<T>(100.0 * recipe.damping + 1e-3),
+        series_damping: lit::<T>(100.0 * recipe.damping + 1e-9 * recipe.stiffness + 1e-3),
     })
     .unwrap();
     let zener = FrBd::new(stribeck::<T>(recipe, 2.0), bristle);
