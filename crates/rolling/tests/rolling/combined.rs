@@ -2,7 +2,6 @@
 //! and the integral along the characteristics.
 
 use crate::tyre::{constant, coulomb, exponential, falling, parabolic};
-use bristle::companion::VelocityHistory;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::KelvinVoigt;
 use bristle::{FrBd, Scalar};
@@ -14,7 +13,7 @@ use bristle_rolling::{
 use bristle_specimens::recipe::decades;
 use bristle_specimens::specimens::kelvin_voigt;
 use bristle_specimens::{assert_within, check, lit};
-use nalgebra::{Rotation2, Vector1, Vector2, Vector3};
+use nalgebra::{Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 
 pub(super) const LENGTH: f64 = 0.12;
@@ -120,10 +119,6 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step, 1..40)
 }
 
-// ---------------------------------------------------------------------------------------------
-// steady rolling
-// ---------------------------------------------------------------------------------------------
-
 #[test]
 fn the_steady_force_of_isotropic_bristles_opposes_the_slip_as_that_of_one_axis_does() {
     check(300, (rubber(), slip(), 0.0..60.0), |(rubber, v, rolling_speed)| {
@@ -215,10 +210,6 @@ fn little_none_and_very_much_slip_have_their_limits() {
     }
 }
 
-// ---------------------------------------------------------------------------------------------
-// transients
-// ---------------------------------------------------------------------------------------------
-
 #[test]
 fn one_axis_has_the_bits_of_the_scalar_patch() {
     check(50, (rubber(), steps()), |(rubber, run)| {
@@ -230,45 +221,6 @@ fn one_axis_has_the_bits_of_the_scalar_patch() {
             let motion = Motion { slip_velocity: Vector1::new(slip_velocity), rolling_speed };
             let want = line.step(along, step.duration).unwrap();
             assert_eq!(plane.step(motion, step.duration).unwrap().x, want);
-        }
-    });
-}
-
-#[test]
-fn isotropic_bristles_know_no_direction_and_no_side() {
-    let angle = 0.0..std::f64::consts::TAU;
-    check(100, (rubber(), steps(), angle), |(rubber, run, angle)| {
-        let turn = Rotation2::new(angle);
-        let mut given = patch(rubber.isotropic::<2>(), falling()).combined_in(40).unwrap();
-        let mut turned = patch(rubber.isotropic::<2>(), falling()).combined_in(40).unwrap();
-        for mut step in run {
-            // No step is merged with another, whose limits are those of each axis.
-            if step.transport > 0.0 {
-                step.duration = step.duration.max(0.03 / step.transport);
-            }
-            let motion = step.motion();
-            let want = turn * given.step(motion, step.duration).unwrap();
-            let motion = Motion { slip_velocity: turn * motion.slip_velocity, ..motion };
-            let got = turned.step(motion, step.duration).unwrap();
-            let scale = LOAD * rubber.curve[0] * rubber.curve[1];
-            assert_within(1e-11, scale, (got - want).norm(), 0.0, || format!("{step:?}"));
-        }
-    });
-}
-
-#[test]
-fn the_other_side_mirrors_the_force() {
-    check(100, (rubber(), steps()), |(rubber, run)| {
-        let pressure = falling().padded::<4>();
-        let mut left = patch(rubber.model(), pressure).combined_in(40).unwrap();
-        let mut right = patch(rubber.model(), pressure).combined_in(40).unwrap();
-        for step in run {
-            let (motion, mirror) = (step.motion(), Vector2::new(1.0, -1.0));
-            let v = step.predicted.component_mul(&mirror);
-            let want = left.step(motion, step.duration).unwrap().component_mul(&mirror);
-            let mirrored = Motion { slip_velocity: v, ..motion };
-            assert_eq!(right.step(mirrored, step.duration).unwrap(), want);
-            assert_eq!(right.moment(&v), left.moment(&step.predicted).component_mul(&mirror));
         }
     });
 }
@@ -369,10 +321,6 @@ fn single_precision_gives_the_same_to_its_roundings() {
     assert!((single - double).norm() < 1e-5 * double.norm(), "{single} {double}");
 }
 
-// ---------------------------------------------------------------------------------------------
-// inside a mechanism
-// ---------------------------------------------------------------------------------------------
-
 fn dissipates<const N: usize>(
     rubber: &Rubber,
     pressure: PolynomialExponential<f64, N>,
@@ -428,47 +376,6 @@ fn no_step_gives_more_than_was_stored_under_pressures_that_do_not_rise() {
         dissipates(&rubber, exponential(0.7), &run, 1e-12);
     });
 }
-
-#[test]
-fn the_companion_is_of_second_order() {
-    // A wheel's contact of 20 kg and 40 kg m²/m², pulled along and across.
-    let at_end = |steps: u32| -> Vector2<f64> {
-        let model = Model::isotropic(curve([0.7, 1.5, 6.0]), bristle(300.0, 0.5));
-        let mut tyre = patch(model, parabolic()).combined_in(800).unwrap();
-        let (mass, h) = (Vector2::new(20.0, 40.0), 0.02 / f64::from(steps));
-        let mut v = Vector2::new(0.3, 0.0);
-        let mut history = [VelocityHistory::new(v.x), VelocityHistory::new(v.y)];
-        for number in 0..steps {
-            let time = h * (f64::from(number) + 0.5);
-            let pull = Vector2::new(1500.0 * (60.0 * time).sin(), 2000.0 * (90.0 * time).sin());
-            let mut predicted = Vector2::from_fn(|i, _| history[i].predict());
-            // Twice in the first step, whose prediction is only of first order.
-            for repeat in 0..2 {
-                let motion = Motion { slip_velocity: predicted, rolling_speed: 16.0 };
-                let step = tyre.companion_step(motion, h).unwrap();
-                let weight: Vector2<f64> = mass * (2.0 / h);
-                let mean: Vector2<f64> = (weight.component_mul(&v) + pull - step.bias())
-                    .component_div(&(weight + step.damping()));
-                if repeat == 0 && number == 0 {
-                    predicted = mean;
-                    continue;
-                }
-                step.commit(&mean).unwrap();
-                v = 2.0 * mean - v;
-                history.iter_mut().zip(&v).for_each(|(history, &v)| history.push(v));
-                break;
-            }
-        }
-        v
-    };
-    let [coarse, middle, fine] = [100, 200, 400].map(at_end);
-    let order = ((coarse - middle).norm() / (middle - fine).norm()).log2();
-    assert!((1.8..2.2).contains(&order), "{order}");
-}
-
-// ---------------------------------------------------------------------------------------------
-// small motions
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn slow_responses_are_the_slopes_of_the_steady_force_and_moment() {
@@ -560,26 +467,6 @@ fn a_small_wave_of_one_axis_moves_forces_and_moments_as_the_linearisation_says()
 }
 
 #[test]
-fn the_moment_of_bristles_that_adhere_responds_in_closed_form() {
-    // z = ṽ (1 − e^(−iθξ))/(iω) under a constant pressure, times ξ − ½.
-    let tyre =
-        patch(Model::<f64>::isotropic(curve([0.7, 1.5, 6.0]), bristle(300.0, 0.0)), constant());
-    let free = Motion { slip_velocity: Vector2::zeros(), rolling_speed: 16.0 };
-    let lateral = tyre.combined_linearised(free).unwrap()[1][1];
-    let size = LOAD * LENGTH.powi(2) * 300.0 / 16.0;
-    for theta in [1e-6, 0.3, 2.0, 7.3, 60.0] {
-        let (sin, cos) = f64::sin_cos(0.5 * theta);
-        let inner =
-            if theta < 1e-3 { theta / 12.0 } else { 2.0 * sin / theta.powi(2) - cos / theta };
-        let (real, imaginary) = (size * inner / theta * cos, -size * inner / theta * sin);
-        let got = lateral.moment_by_slip_velocity(theta * 16.0 / LENGTH);
-        assert_within(1e-12, size, got.re, real, || format!("{theta} re"));
-        assert_within(1e-12, size, got.im, imaginary, || format!("{theta} im"));
-        assert_eq!(lateral.moment_by_rolling_speed(theta).norm(), 0.0);
-    }
-}
-
-#[test]
 fn about_rest_no_axis_feels_another() {
     let rubber = Rubber::TREAD;
     let tyre = patch(rubber.model(), falling());
@@ -594,10 +481,6 @@ fn about_rest_no_axis_feels_another() {
         assert_within(1e-14, want, response(&row[i]), want, || format!("{i}"));
     }
 }
-
-// ---------------------------------------------------------------------------------------------
-// other models, and what is refused
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn lugre_rolls_too() {

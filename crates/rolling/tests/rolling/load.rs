@@ -215,3 +215,27 @@ fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
         assert_within(1e-3, 1e-3 + load, got.x, want, || format!("grid, {number}"));
     }
 }
+
+#[test]
+fn a_load_that_is_none_is_named() {
+    let (line, plane) = (patch(friction(), forms()[1]), patch(plane(), forms()[1]));
+    let (mut exact, mut grid) = (line.exact_in(50).unwrap(), Grid::new(&line, 10).unwrap());
+    let mut two = plane.combined_in(50).unwrap();
+    let mut cells = CombinedGrid::new(&plane, 10).unwrap();
+    for load in [-1.0, f64::NAN] {
+        for refused in [
+            exact.reload(load, 0.0),
+            exact.renew(load),
+            grid.reload(load, 0.0),
+            grid.renew(load),
+            two.reload(load, &Vector2::zeros()),
+            two.renew(load),
+            cells.reload(load, |_| Vector2::zeros()),
+            cells.renew(load),
+        ] {
+            assert_eq!(refused.unwrap_err().name, "normal_force");
+        }
+    }
+    assert_eq!((exact.patch().normal_force(), grid.normal_force()), (LOAD, LOAD));
+    assert_eq!((two.patch().normal_force(), cells.normal_force()), (LOAD, LOAD));
+}

@@ -72,49 +72,18 @@ fn a_patch_that_does_not_roll_is_a_companion_at_every_speed() {
 }
 
 #[test]
-fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
+fn a_patch_whose_pressure_does_not_rise_gives_no_more_than_it_stored_under_any_load() {
     fn holds<const N: usize>(
         pressure: PolynomialExponential<f64, N>,
-        damping: f64,
-        run: &[Step],
+        (run, loads): (&[Step], Option<&[f64]>),
+        (damping, renews): (f64, bool),
         tolerance: f64,
     ) {
-        let mut rolling = patch(frbd(damping), pressure).exact_in(100).unwrap();
-        for step in run {
-            let motion = step.motion();
-            let companion = rolling.companion_step(motion, step.duration).unwrap();
-            assert!(companion.damping() >= 0.0);
-            let before = companion.bias().abs() + companion.damping() * step.mean.abs();
-            let done = companion.commit_with_ledger(step.mean).unwrap();
-            let scale = before * step.mean.abs() * step.duration
-                + rolling.stored_energy()
-                + done.stored.abs()
-                + done.outlet;
-            assert!(done.volume >= -tolerance * scale, "{done:?} of {scale:e} at {step:?}");
-            assert!(done.outlet >= 0.0);
-        }
-    }
-    check(300, (steps(), prop_oneof![Just(0.0), 0.0..50.0]), |(run, damping)| {
-        // Every term is right to some roundings of the largest. Merging narrow steps takes energy
-        // away under these two pressures, …
-        holds(constant(), damping, &run, 1e-12);
-        holds(exponential(0.7), damping, &run, 1e-12);
-        // … and may add some under others, whose weight is another one at every place.
-        holds(falling(), damping, &run, MERGED);
-    });
-}
-
-#[test]
-fn a_patch_gives_no_more_than_it_stored_under_any_history_of_its_load() {
-    let load = prop_oneof![1 => Just(0.0), 5 => decades(1.0, 1e5)];
-    let loads = vec(load, 40);
-    check(200, (steps(), loads, 0.0..50.0, any::<bool>()), |(run, loads, damping, renews)| {
-        let model = frbd(damping);
-        let patch = patch(model, constant()).under_load(1e3).unwrap();
-        let mut rolling = patch.exact_in(100).unwrap();
-        for (step, load) in run.iter().zip(loads) {
+        let mut rolling = loaded(frbd(damping), pressure).exact_in(100).unwrap();
+        for (number, step) in run.iter().enumerate() {
             let (stored, somewhere) = (rolling.stored_energy(), rolling.deflection(0.3));
-            let was = rolling.patch().contact().reference_load();
+            let was = rolling.patch().normal_force();
+            let load = loads.map_or(was, |loads| loads[number]);
             let left = if renews {
                 let kept = if was == 0.0 || load == 0.0 { 0.0 } else { (was / load).min(1.0) };
                 let left = rolling.renew(load).unwrap();
@@ -122,74 +91,50 @@ fn a_patch_gives_no_more_than_it_stored_under_any_history_of_its_load() {
                 assert_within(1e-14, somewhere.abs(), now, kept * somewhere, || "z".into());
                 left
             } else {
-                let before = rolling.patch().normal_force();
                 let left = rolling.reload(load, step.predicted).unwrap();
-                if load >= before {
+                if load >= was {
                     assert_eq!((left.dissipated, rolling.deflection(0.3)), (0.0, somewhere));
                 }
                 left
             };
             let kept = stored - left.dissipated;
             assert!(left.dissipated >= 0.0 && left.dissipated <= stored * (1.0 + 1e-12));
-            assert_within(1e-12, stored, rolling.stored_energy(), kept, || {
-                format!("{was} N to {load} N")
-            });
-            let motion = step.motion();
-            let done = rolling.companion_step(motion, step.duration).unwrap();
-            let done = done.commit_with_ledger(step.mean).unwrap();
-            let after = rolling.stored_energy();
-            let scale = stored + after + done.work.abs();
-            assert!(done.work - (after - kept) >= -1e-12 * scale, "{done:?} {load} {step:?}");
+            let now = rolling.stored_energy();
+            assert_within(1e-12, stored, now, kept, || format!("{was} N to {load} N"));
+            let companion = rolling.companion_step(step.motion(), step.duration).unwrap();
+            assert!(companion.damping() >= 0.0);
+            let terms = companion.bias().abs() + companion.damping() * step.mean.abs();
+            let done = companion.commit_with_ledger(step.mean).unwrap();
+            let scale = terms * step.mean.abs() * step.duration
+                + stored
+                + rolling.stored_energy()
+                + done.stored.abs()
+                + done.outlet;
+            assert!(done.volume >= -tolerance * scale, "{done:?} of {scale:e}, {load}, {step:?}");
+            assert!(done.outlet >= 0.0);
+            let gained = rolling.stored_energy() - kept;
+            assert!(done.work - gained >= -tolerance * scale, "{done:?}, {load}, {step:?}");
         }
-    });
+    }
+    let load = prop_oneof![1 => Just(0.0), 5 => decades(1.0, 1e5)];
+    let damping = prop_oneof![Just(0.0), 0.0..50.0];
+    check(
+        200,
+        (steps(), vec(load, 40), damping, any::<bool>()),
+        |(run, loads, damping, renews)| {
+            let (varies, rule) = ((&run[..], Some(&loads[..])), (damping, renews));
+            // Every term is right to some roundings of the largest. Merging narrow steps takes energy
+            // away under these two pressures, …
+            holds(constant(), varies, rule, 1e-12);
+            holds(exponential(0.7), varies, rule, 1e-12);
+            // … and may add some under others, whose weight is another one at every place.
+            holds(falling(), (&run, None), rule, MERGED);
+        },
+    );
 }
 
 /// What merging in some hundred slots may cost, of the largest energy: it was 1e-9 in trials.
 const MERGED: f64 = 1e-8;
-
-#[test]
-fn the_mean_force_is_the_mean_of_the_force() {
-    fn holds<const N: usize>(pressure: PolynomialExponential<f64, N>, run: &[Step]) {
-        let mut rolling = patch(frbd(1.0), pressure).exact_in(200).unwrap();
-        for step in run {
-            let motion =
-                Motion { slip_velocity: step.mean, rolling_speed: LENGTH * step.transport };
-            // The force at Gauss points of many parts of the step, by plain exact steps.
-            let parts = 40;
-            let part = step.duration / f64::from(parts);
-            let mut walk = rolling.clone();
-            let mut mean = 0.0;
-            // A step that ends at every node: three-point Gauss–Legendre.
-            let nodes = [0.5 - 0.15_f64.sqrt(), 0.5, 0.5 + 0.15_f64.sqrt()];
-            let mut last = 0.0;
-            for number in 0..parts {
-                for (node, weight) in nodes.iter().zip([5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0]) {
-                    let at = (f64::from(number) + node) * part;
-                    mean += weight / f64::from(parts) * walk.step(motion, at - last).unwrap();
-                    last = at;
-                }
-            }
-            let companion = rolling.companion_step(motion, step.duration).unwrap();
-            let force = companion.commit(step.mean).unwrap();
-            let limit = rolling.patch().normal_force() * 0.66;
-            // The quadrature of the test: the force has kinks where segments leave.
-            assert_within(3e-5, limit, force, mean, || format!("{step:?}"));
-        }
-    }
-    let short = steps().prop_map(|mut run| {
-        run.truncate(6);
-        run
-    });
-    check(100, short, |run| {
-        holds(constant(), &run);
-        holds(parabolic(), &run);
-        holds(exponential(0.7), &run);
-    });
-}
-
-// ---------------------------------------------------------------------------------------------
-// the ledger
-// ---------------------------------------------------------------------------------------------
 
 /// Where the profile has kinks, with both ends.
 fn kinks(history: &History<'_>, more: &[f64]) -> Vec<f64> {
@@ -380,10 +325,6 @@ fn a_patch_that_all_but_stands_steps_as_one_that_stands() {
         assert_eq!(moved(rolling_speed), standing, "{rolling_speed:e}");
     }
 }
-
-// ---------------------------------------------------------------------------------------------
-// passivity
-// ---------------------------------------------------------------------------------------------
 
 /// Work of small sinusoids v = A sin(ωt) about v = 0, once they are periodic, over its closed form
 /// at σ1 = 0 and θ = ω/V → 0: by exact steps.

@@ -164,20 +164,43 @@ fn a_motion_that_is_none_is_named_and_changes_nothing() {
             }
         }
     }
-    for load in [-1.0, NAN] {
-        for error in [
-            exact.reload(load, 0.0).unwrap_err(),
-            exact.renew(load).unwrap_err(),
-            grid.reload(load, 0.0).unwrap_err(),
-            grid.renew(load).unwrap_err(),
-            two.reload(load, &Vector2::zeros()).unwrap_err(),
-            two.renew(load).unwrap_err(),
-            cells.reload(load, |_| Vector2::zeros()).unwrap_err(),
-            cells.renew(load).unwrap_err(),
-        ] {
-            assert_eq!(error.name, "normal_force");
-        }
+    assert!(format!("{exact:?}") == before.0);
+    assert_eq!(grid.deflections(), before.1.deflections());
+    assert_eq!(cells.deflections(), before.3.deflections());
+    let v = Vector2::new(0.1, 0.2);
+    assert_eq!(two.force(&v), before.2.force(&v));
+}
+
+#[test]
+fn what_a_mechanism_has_found_must_be_a_velocity_or_it_would_stay_in_the_patch() {
+    let mut one = patch(frbd(0.5), parabolic()).exact_in(50).unwrap();
+    let plane = crate::combined::patch(Rubber::TREAD.model(), parabolic());
+    let mut two = plane.combined_in(50).unwrap();
+    let v = Vector2::new(0.2, 0.3);
+    let (along, turned) = (motion(0.3, 10.0), Motion { slip_velocity: v, rolling_speed: 1.0 });
+    one.step(along, 3e-3).unwrap();
+    two.step(turned, 3e-3).unwrap();
+    let forces = (one.force(0.1), two.force(&v));
+    for bad in [NAN, INFINITE] {
+        let step = one.companion_step(along, 1e-3).unwrap();
+        assert_eq!(step.commit(bad).unwrap_err().name, "mean_slip_velocity");
+        let step = one.companion_step(along, 1e-3).unwrap();
+        assert_eq!(step.commit_with_ledger(bad).unwrap_err().name, "mean_slip_velocity");
+        let step = two.companion_step(turned, 1e-3).unwrap();
+        let error = step.commit(&Vector2::new(0.0, bad)).unwrap_err();
+        assert_eq!((error.name, error.component), ("mean_slip_velocity", Some(1)));
     }
+    // Nothing happens in no time.
+    let nothing = one.companion_step(along, 0.0).unwrap().commit_with_ledger(5.0).unwrap();
+    assert_eq!((nothing.work, nothing.stored, nothing.outlet), (0.0, 0.0, 0.0));
+    assert_eq!((one.force(0.1), two.force(&v)), forces);
+}
+
+#[test]
+fn a_profile_that_is_none_or_that_does_not_fit_is_named_and_changes_nothing() {
+    let mut exact = patch(frbd(0.5), parabolic()).exact_in(50).unwrap();
+    exact.step(motion(0.3, 10.0), 3e-3).unwrap();
+    let before = format!("{exact:?}");
     let hole = |xi: f64| if xi == 0.25 { NAN } else { 1e-3 };
     let refused = exact.set_profile(4, hole).unwrap_err();
     assert_eq!((refused.name, refused.component), ("deflection", Some(1)));
@@ -185,26 +208,7 @@ fn a_motion_that_is_none_is_named_and_changes_nothing() {
     for segments in [0, 55] {
         assert_eq!(exact.set_profile(segments, |_| 0.0).unwrap_err().name, "segments");
     }
-    assert!(format!("{exact:?}") == before.0);
-    assert_eq!(grid.deflections(), before.1.deflections());
-    assert_eq!(cells.deflections(), before.3.deflections());
-    let after = turned(good).slip_velocity;
-    let forces = (exact.force(0.1), two.force(&after));
-    assert_eq!(forces.1, before.2.force(&after));
-    // What a mechanism has found must be a velocity too, or it would stay in the patch.
-    for bad in [NAN, INFINITE] {
-        let step = exact.companion_step(good, 1e-3).unwrap();
-        assert_eq!(step.commit(bad).unwrap_err().name, "mean_slip_velocity");
-        let step = exact.companion_step(good, 1e-3).unwrap();
-        assert_eq!(step.commit_with_ledger(bad).unwrap_err().name, "mean_slip_velocity");
-        let step = two.companion_step(turned(good), 1e-3).unwrap();
-        let error = step.commit(&Vector2::new(0.0, bad)).unwrap_err();
-        assert_eq!((error.name, error.component), ("mean_slip_velocity", Some(1)));
-    }
-    // Nothing happens in no time.
-    let nothing = exact.companion_step(good, 0.0).unwrap().commit_with_ledger(5.0).unwrap();
-    assert_eq!((nothing.work, nothing.stored, nothing.outlet), (0.0, 0.0, 0.0));
-    assert_eq!((exact.force(0.1), two.force(&after)), forces);
+    assert!(format!("{exact:?}") == before);
     assert!(exact.set_profile(54, |_| 0.0).is_ok());
 }
 

@@ -194,22 +194,6 @@ fn slip_stiffness_is_that_of_the_springs_and_the_dashpots() {
 }
 
 #[test]
-fn one_sided_slopes_meet_at_rest() {
-    for damping in [0.0, 0.3] {
-        let patch = patch(frbd(damping), exponential());
-        let slope = |v| {
-            let motion = Motion { slip_velocity: v, rolling_speed: 16.0 };
-            patch.linearised(motion).unwrap().by_slip_velocity(0.0).re
-        };
-        let want = slope(0.0);
-        for v in [1e-12, -1e-12] {
-            // Linear in v, by κ of 1e-12.
-            assert_within(1e-10, want, slope(v), want, || format!("σ1 = {damping}, v = {v}"));
-        }
-    }
-}
-
-#[test]
 fn without_rolling_the_patch_slides_and_without_slip_there_is_no_force() {
     for damping in [0.0, 0.3] {
         let patch = patch(frbd(damping), parabolic());

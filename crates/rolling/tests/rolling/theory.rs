@@ -25,10 +25,6 @@ fn falling() -> impl Pressure<f64> + Copy {
     table([(0.0, 1.0), (0.5, 1.0), (0.75, 1.0), (1.0, 0.0)])
 }
 
-// ---------------------------------------------------------------------------------------------
-// Passivity
-// ---------------------------------------------------------------------------------------------
-
 #[test]
 fn falling_pressure_is_passive_and_rising_pressure_is_named_with_its_place() {
     let model = frbd(0.1);
@@ -161,10 +157,6 @@ fn a_small_sinusoid_gets_energy_from_a_parabola_in_its_bands_only() {
     }
     assert!(response(least * (1.0 - 1e-6), WORST) < 0.0);
 }
-
-// ---------------------------------------------------------------------------------------------
-// The frequency response, by following bristles
-// ---------------------------------------------------------------------------------------------
 
 /// v = v* + a cos ωt, V = V* + b cos ωt.
 #[derive(Clone, Copy)]
@@ -334,10 +326,6 @@ fn the_response_has_the_symmetry_of_a_real_system_and_fades() {
         linearised.by_rolling_speed(1e8).norm() < 1e-5 * linearised.by_rolling_speed(0.0).norm()
     );
 }
-
-// ---------------------------------------------------------------------------------------------
-// Input-to-state and input-to-output stability
-// ---------------------------------------------------------------------------------------------
 
 const BRISTLES: usize = 100;
 

@@ -116,10 +116,6 @@ fn steered<T: Scalar, const N: usize>(
     BrakedWheel::new(all).unwrap()
 }
 
-// ---------------------------------------------------------------------------------------------
-// energy
-// ---------------------------------------------------------------------------------------------
-
 /// Brake's normal force, drive torque, force, slip angle and duration of a step.
 fn pulls() -> impl Strategy<Value = Vec<[f64; 5]>> {
     let pull = (0.0..3000.0, -300.0..600.0, -2000.0..2000.0, -0.3..0.3, decades(1e-6, 1.0));
@@ -198,126 +194,64 @@ fn a_free_wheel_rolls_on() {
     assert!(wheel.braking_slip().abs() < 1e-13);
 }
 
-#[test]
-fn momentum_changes_by_the_forces_told() {
-    let mut wheel = wheel::<f64, 3>(parabolic(), 30.0);
-    let loads = WheelLoads { drive_torque: 50.0, force: -90.0, ..WheelLoads::braking(700.0) };
-    let h = 2e-3;
-    for _ in 0..300 {
-        let before = wheel.state();
-        let after = wheel.step(loads, h).unwrap();
-        let push = MASS * (after.speed - before.speed) / h;
-        assert_within(1e-9, 4000.0, push, -90.0 - after.force, || "m v̇".into());
-        let turn = INERTIA * (after.angular_velocity - before.angular_velocity) / h;
-        let want = RADIUS * after.force - after.brake_torque + 50.0;
-        assert_within(1e-9, 4000.0, turn, want, || "J ω̇".into());
-    }
-}
-
-// ---------------------------------------------------------------------------------------------
-// accuracy
-// ---------------------------------------------------------------------------------------------
-
-/// Speed and angular velocity of a smooth manoeuvre after 0.4 s.
-fn manoeuvre(steps: u32) -> [f64; 2] {
-    let mut wheel = wheel::<f64, 3>(parabolic(), 30.0);
-    run(&mut wheel, 0.4, steps, soft, |_, _| {});
-    [wheel.state().speed, wheel.state().angular_velocity]
-}
-
-#[test]
-fn speeds_are_of_second_order_in_the_step() {
-    let exact = manoeuvre(16_000);
-    let errors = [200, 400, 800].map(|steps| {
-        let got = manoeuvre(steps);
-        [(got[0] - exact[0]).abs(), (got[1] - exact[1]).abs()]
-    });
-    for quantity in 0..2 {
-        for pair in errors.windows(2) {
-            let ratio = pair[0][quantity] / pair[1][quantity];
-            assert!((3.0..5.5).contains(&ratio), "{ratio} {errors:?}");
-        }
-    }
-}
-
-/// The same manoeuvre by Runge and Kutta's method on bristles that are followed one by one: a new
-/// one enters with every step. The bristle of the brake has the stiffness of its reference load P,
-/// and the friction of its load p.
-fn followed(end: f64, steps: u32) -> [f64; 3] {
+/// Speed and angular velocity after the same manoeuvre by Runge and Kutta's method on bristles that
+/// are followed one by one: a new one enters with every step. The bristle of the brake has the
+/// stiffness of its reference load P, and the friction of its load p.
+fn followed(end: f64, steps: u32) -> [f64; 2] {
     let h = end / f64::from(steps);
-    let model = tyre::<f64>();
-    let pressure: PolynomialExponential<f64, 3> = parabolic();
-    let load = LOAD / LENGTH;
-    // Newest last: place and deflection. The first is at the outlet or beyond.
-    let mut bristles: Vec<[f64; 2]> =
-        (0..=300).rev().map(|n| [f64::from(n) / 300.0, 0.0]).collect();
-    let mut body = [30.0, 30.0 / RADIUS, 0.0];
-    let brake = pads::<f64>();
-    let slopes = |t: f64, body: [f64; 3], bristles: &[[f64; 2]]| {
-        let v = body[0] - RADIUS * body[1];
+    let (model, brake, pressure) = (tyre::<f64>(), pads::<f64>(), parabolic::<f64>());
+    // Speed, angular velocity and the bristle of the brake; then place and deflection of each
+    // bristle, the newest last, the first at the outlet or beyond.
+    let mut state = vec![30.0, 30.0 / RADIUS, 0.0];
+    state.extend((0..=300).rev().flat_map(|n| [f64::from(n) / 300.0, 0.0]));
+    let rates = |t: f64, state: &[f64]| -> Vec<f64> {
+        let (body, bristles) = state.split_at(3);
+        let [speed, spin, pads] = [body[0], body[1], body[2]];
+        let v = speed - RADIUS * spin;
         let a = model.affine(v.into(), 0.0);
         // The trapezoidal rule, and the part of it that is inside at the outlet; the pressure
         // vanishes there.
+        let inside = |i: usize| bristles[2 * i].min(1.0);
         let density =
-            |b: &[f64; 2]| pressure.at(b[0].min(1.0)) * (a.stiffness * b[1] + a.damping * v);
-        let sum: f64 = bristles
-            .windows(2)
-            .map(|pair| {
-                let width = pair[0][0].min(1.0) - pair[1][0].min(1.0);
-                0.5 * width * (density(&pair[0]) + density(&pair[1]))
-            })
-            .sum();
-        let force = LENGTH * load * sum;
-        let surface = Surface::scaled(body[1], soft(t).max(1e-300) / REFERENCE);
-        let pads = brake.affine(surface, 0.0);
-        let torque = REFERENCE * (pads.stiffness * body[2] + pads.damping * body[1]);
-        let rates = [
-            -force / MASS,
-            (RADIUS * force - torque) / INERTIA,
-            pads.drive * body[1] - pads.relaxation * body[2],
-        ];
-        (rates, [RADIUS * body[1] / LENGTH, a.relaxation, a.drive * v])
+            |i: usize| pressure.at(inside(i)) * (a.stiffness * bristles[2 * i + 1] + a.damping * v);
+        let cell = |i: usize| 0.5 * (inside(i) - inside(i + 1)) * (density(i) + density(i + 1));
+        let force = LOAD * (0..bristles.len() / 2 - 1).map(cell).sum::<f64>();
+        let surface = Surface::scaled(spin, soft(t).max(1e-300) / REFERENCE);
+        let b = brake.affine(surface, 0.0);
+        let torque = REFERENCE * (b.stiffness * pads + b.damping * spin);
+        let turning = (RADIUS * force - torque) / INERTIA;
+        let mut rates = vec![-force / MASS, turning, b.drive * spin - b.relaxation * pads];
+        rates.extend(
+            bristles.chunks(2).flat_map(|bristle| {
+                [RADIUS * spin / LENGTH, a.drive * v - a.relaxation * bristle[1]]
+            }),
+        );
+        rates
+    };
+    let moved = |state: &[f64], by: f64, rates: &[f64]| -> Vec<f64> {
+        state.iter().zip(rates).map(|(x, rate)| x + by * rate).collect()
     };
     for number in 0..steps {
         let t = f64::from(number) * h;
-        let at =
-            |body: [f64; 3], k: [f64; 3], by: f64| std::array::from_fn(|i| body[i] + by * k[i]);
-        let moved = |from: &[[f64; 2]],
-                     at: &[[f64; 2]],
-                     [transport, relaxation, drive]: [f64; 3],
-                     by: f64| {
-            let each = from.iter().zip(at);
-            each.map(|(b, c)| [b[0] + by * transport, b[1] + by * (drive - relaxation * c[1])])
-                .collect::<Vec<_>>()
-        };
-        let (k1, m1) = slopes(t, body, &bristles);
-        let b2 = moved(&bristles, &bristles, m1, 0.5 * h);
-        let (k2, m2) = slopes(t + 0.5 * h, at(body, k1, 0.5 * h), &b2);
-        let b3 = moved(&bristles, &b2, m2, 0.5 * h);
-        let (k3, m3) = slopes(t + 0.5 * h, at(body, k2, 0.5 * h), &b3);
-        let b4 = moved(&bristles, &b3, m3, h);
-        let (k4, m4) = slopes(t + h, at(body, k3, h), &b4);
-        let mut next = bristles.clone();
-        for (weight, m, b) in [(1.0, m1, &bristles), (2.0, m2, &b2), (2.0, m3, &b3), (1.0, m4, &b4)]
-        {
-            for (next, b) in next.iter_mut().zip(b) {
-                next[0] += h * weight / 6.0 * m[0];
-                next[1] += h * weight / 6.0 * (m[2] - m[1] * b[1]);
-            }
+        let first = rates(t, &state);
+        let second = rates(t + 0.5 * h, &moved(&state, 0.5 * h, &first));
+        let third = rates(t + 0.5 * h, &moved(&state, 0.5 * h, &second));
+        let fourth = rates(t + h, &moved(&state, h, &third));
+        for (i, x) in state.iter_mut().enumerate() {
+            *x += h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i]);
         }
-        for i in 0..3 {
-            body[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-        }
-        next.push([0.0, 0.0]);
-        let outside = next.iter().take_while(|b| b[0] >= 1.0).count();
-        bristles = next.split_off(outside.saturating_sub(1));
+        state.extend([0.0, 0.0]);
+        let outside = state[3..].chunks(2).take_while(|bristle| bristle[0] >= 1.0).count();
+        state.drain(3..3 + 2 * outside.saturating_sub(1));
     }
-    body
+    [state[0], state[1]]
 }
 
 #[test]
 fn bristles_followed_one_by_one_give_the_same_motion() {
-    let got = manoeuvre(4000);
+    let mut wheel = wheel::<f64, 3>(parabolic(), 30.0);
+    run(&mut wheel, 0.4, 4000, soft, |_, _| {});
+    let got = [wheel.state().speed, wheel.state().angular_velocity];
     let [coarse, fine] = [4000, 8000].map(|steps| followed(0.4, steps));
     for i in 0..2 {
         // 40 and 80 bristles in the patch, by the trapezoidal rule: of second order, up to the cut
@@ -326,10 +260,6 @@ fn bristles_followed_one_by_one_give_the_same_motion() {
         assert_within(1e-6, want, got[i], want, || format!("speed {i}, {coarse:?} {fine:?}"));
     }
 }
-
-// ---------------------------------------------------------------------------------------------
-// lock-up and standstill
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn a_locked_wheel_rests_on_the_bristles_of_its_brake() {
@@ -463,10 +393,6 @@ fn rocking_does_not_pump_bristles_through_the_patch() {
     assert!(last <= first + 2, "{first} segments became {last}");
 }
 
-// ---------------------------------------------------------------------------------------------
-// steering
-// ---------------------------------------------------------------------------------------------
-
 /// A slip angle that swings to both sides once, over the time of a lane change.
 fn lane_change(time: f64) -> f64 {
     if time < 0.8 { 0.08 * (2.5 * PI * time).sin() } else { 0.0 }
@@ -556,10 +482,6 @@ fn a_tyre_of_one_axis_does_not_steer() {
     }
     assert_eq!(wheel.state(), before);
 }
-
-// ---------------------------------------------------------------------------------------------
-// bad input, allocation
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn bad_input_is_named() {
