@@ -184,15 +184,9 @@ fn steps_are_those_of_a_contact<T: Real, const N: usize>() {
             let steady = contact.stationary(&v);
             for i in 0..N {
                 let a = axes[i].affine(v[i].into(), z[i]);
-                let (rate, drive) = (f(a.relaxation), f(a.drive));
-                let (h, load, z, v) = (f(h), f(loads[k]), f(z[i]), f(of::<T, N>(&mean, k)[i]));
-                let slack = 1.0 / (1.0 + 0.5 * rate * h);
-                let bias = load * f(a.stiffness) * slack * z;
-                let own = f(a.stiffness) * slack * 0.5 * h * drive;
-                let damping = load * (own + f(a.damping));
-                let middle = slack * (z + 0.5 * h * drive * v);
-                let after = z + 2.0 * (middle - z);
-                let size = slack * h * (drive * v.abs() + rate * z.abs()) + z.abs();
+                let states = [z[i], of::<T, N>(&mean, k)[i]];
+                let [bias, damping, after, size] = crate::midpoint(a, loads[k], states, f(h));
+                let (h, load, z) = (f(h), f(loads[k]), f(z[i]));
                 // The limit of the curve's maximum, with the sum of the speeds for their norm.
                 let speed: f64 = grain.mean.iter().map(|v| v.abs()).sum();
                 let most = case.curve[1] + case.curve[4] * speed;
@@ -206,7 +200,7 @@ fn steps_are_those_of_a_contact<T: Real, const N: usize>() {
                 near(20.0, damping, step.damping[at], damping, "damping");
                 near(20.0, size + 0.1 * most, step.after[at], after.clamp(-most, most), "passive");
                 // 1 − φ1 = x φ2 loses two digits above x = ½ in the scalar step.
-                let x = (rate * h).min(1.0);
+                let x = (f(a.relaxation) * h).min(1.0);
                 let size = z.abs() + x * f(steady[i]).abs();
                 near(24.0, size, held[at], f(exact.deflection[i]), "exact deflection");
                 let v = f(predicted[at]);

@@ -13,7 +13,7 @@ use bristle::curve::{
     StribeckParameters,
 };
 use bristle::rheology::KelvinVoigt;
-use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Scalar, Surface};
+use bristle::{Affine, Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Scalar, Surface};
 use bristle_batch::{
     Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, RenewInput,
     StepInput, Uniform,
@@ -231,7 +231,18 @@ fn steps_are_those_of_a_bristle<T: Real, M: Bristle<T, Deflection = T>>(
     }
 }
 
-/// The implicit midpoint rule, as the crate writes it, in f64 of the model's own numbers.
+/// Bias, damping and deflection of the implicit midpoint rule, as the crate writes it, in f64 of the
+/// model's own numbers, and the size of what is subtracted.
+fn midpoint<T: Real>(a: Affine<T>, load: T, [before, v]: [T; 2], h: f64) -> [f64; 4] {
+    let (rate, drive, stiffness) = (f(a.relaxation), f(a.drive), f(a.stiffness));
+    let (load, before, v) = (f(load), f(before), f(v));
+    let slack = 1.0 / (1.0 + 0.5 * rate * h);
+    let damping = load * (stiffness * slack * 0.5 * h * drive + f(a.damping));
+    let mean = slack * (before + 0.5 * h * drive * v);
+    let size = slack * h * (drive * v.abs() + rate * before.abs()) + before.abs();
+    [load * stiffness * slack * before, damping, before + 2.0 * (mean - before), size]
+}
+
 fn is_the_midpoint_rule<T: Real>(
     contact: &Contact<T, impl Bristle<T, Deflection = T>>,
     run: &Run<T>,
@@ -240,17 +251,9 @@ fn is_the_midpoint_rule<T: Real>(
     near: impl Fn(f64, T, f64, &str),
 ) {
     let a = contact.affine(run.predicted[i], run.before[i]);
-    let (rate, drive) = (f(a.relaxation), f(a.drive));
-    let (load, before, v) = (f(contact.reference_load()), f(run.before[i]), f(run.mean[i]));
-    let slack = 1.0 / (1.0 + 0.5 * rate * h);
-    let bias = load * f(a.stiffness) * slack * before;
-    let own = f(a.stiffness) * slack * 0.5 * h * drive;
-    let damping = load * (own + f(a.damping));
-    let mean = slack * (before + 0.5 * h * drive * v);
-    let after = before + 2.0 * (mean - before);
-    // What is subtracted, in size.
-    let size = slack * h * (drive * v.abs() + rate * before.abs()) + before.abs();
-    let most = most.max(before.abs());
+    let states = [run.before[i], run.mean[i]];
+    let [bias, damping, after, size] = midpoint(a, contact.reference_load(), states, h);
+    let most = most.max(f(run.before[i]).abs());
     near(bias.abs(), run.bias[i], bias, "bias");
     near(damping, run.damping[i], damping, "damping");
     near(size, run.after[i], after.clamp(-most, most), "deflection");
