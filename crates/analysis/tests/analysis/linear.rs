@@ -45,10 +45,6 @@ fn modulus(z: Complex<f64>) -> f64 {
     ComplexField::modulus(z)
 }
 
-// ---------------------------------------------------------------------------------------------
-// The contact
-// ---------------------------------------------------------------------------------------------
-
 /// σ0 = 100 (1 + 0.3 tanh v), σ1 = 5 e^(−v²/4) + 1, μ = 0.8 + 0.5 e^(−4v²) + 0.1|v|_ε, ε = 0.01.
 fn all_varying() -> impl Bristle<f64, Deflection = f64> {
     let stiffness = VelocityLaw::new(
@@ -190,10 +186,6 @@ fn a_bristle_of_two_springs_has_the_matrices_of_dual_numbers() {
     assert_within(1e-12, slope.abs(), steady.static_gain().unwrap(), slope, || "gain".to_owned());
 }
 
-// ---------------------------------------------------------------------------------------------
-// A small-signal run of the nonlinear model
-// ---------------------------------------------------------------------------------------------
-
 /// The first Fourier coefficient over one period, from samples of equal distance: c in Re(c
 /// e^(iωt)) for a real signal, exact but for harmonics of the order of the number of samples.
 fn fourier(samples: &[f64]) -> Complex<f64> {
@@ -311,10 +303,6 @@ fn a_small_oscillation_of_the_drive_gives_the_force_of_the_coupled_response() {
     // As above; near resonance the velocity's amplitude is a few times that of the drive.
     assert!(modulus(got - want) <= 2e-5 * modulus(want), "{got} is not {want}");
 }
-
-// ---------------------------------------------------------------------------------------------
-// Mechanisms
-// ---------------------------------------------------------------------------------------------
 
 /// The Jacobian of a system by dual numbers.
 fn dual_jacobian<const N: usize>(
@@ -581,10 +569,6 @@ fn the_critical_speed_is_where_the_curve_turns_up() {
     assert_eq!(light.critical_stiffness(5.5e-3).unwrap(), Threshold::NeverStable);
 }
 
-// ---------------------------------------------------------------------------------------------
-// The linear system
-// ---------------------------------------------------------------------------------------------
-
 /// The controllable canonical form of (b₂s² + b₁s + b₀)/(s³ + a₂s² + a₁s + a₀) + d.
 fn canonical(b: [f64; 3], a: [f64; 3], d: f64) -> StateSpace<f64, 3> {
     StateSpace {
@@ -665,10 +649,6 @@ fn what_has_no_answer_is_refused_by_name() {
         assert!(rig.critical_speed(range).is_err());
     }
 }
-
-// ---------------------------------------------------------------------------------------------
-// Where differences cancel, and where numbers end
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn friction_that_does_not_depend_on_the_speed_is_marginal_at_every_speed() {
