@@ -1,33 +1,23 @@
-//! A normal force that varies: what is held stands still, nothing gives energy, and renewal walks.
+//! A normal force that varies: what is held stands still, and renewal walks. That no history of the
+//! load gives energy is in tests/steps/load.rs.
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle::companion::{PointMass, VelocityHistory};
-use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::rheology::{
-    GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters, Rheology, ZenerParameters,
-};
-use bristle::{
-    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar,
-};
-use bristle_specimens::draw::Draw;
-use bristle_specimens::lit;
+use bristle::curve::Stribeck;
+use bristle::rheology::{KelvinVoigt, Rheology};
+use bristle::{Bristle, Contact, ElastoPlastic, FrBd, Scalar};
+use bristle_specimens::recipe::Recipe;
+use bristle_specimens::specimens::{kelvin_voigt, stribeck};
+use bristle_specimens::{lit, viscoelastic};
 use nalgebra::SVector;
 
 /// The part and the grip of the model sheet: 16 N, 0.3 kg, μ 0.8 to 0.6.
 fn curve<T: Scalar>() -> Stribeck<T> {
-    let parameters = StribeckParameters {
-        static_coefficient: lit(0.8),
-        dynamic_coefficient: lit(0.6),
-        stribeck_velocity: lit(0.01),
-        stribeck_exponent: lit(2.0),
-        viscous_friction: lit(0.0),
-    };
-    Stribeck::new(parameters).unwrap()
+    stribeck(&Recipe { dynamic: 0.6, static_: 0.8, viscous: 0.0, ..Recipe::TABLE_2 }, 2.0)
 }
 
 fn bristle<T: Scalar>() -> KelvinVoigt<T> {
-    let parameters = KelvinVoigtParameters { micro_stiffness: lit(5e3), micro_damping: lit(10.0) };
-    KelvinVoigt::new(parameters).unwrap()
+    kelvin_voigt(lit(5e3), lit(10.0))
 }
 
 type Grip<T> = Contact<T, FrBd<Stribeck<T>, KelvinVoigt<T>>>;
@@ -147,72 +137,8 @@ fn renewal_walks_as_its_closed_form_says() {
     }
 }
 
-/// Random steps under random loads, births and deaths: the least margin over its scale.
-fn least_margin<M: Bristle<f64>>(model: &M, steps: usize, seed: u64) -> f64 {
-    let mut draw = Draw(seed);
-    let mut contact = model.clone().under_load(draw.logarithmic(1e-2, 1e3)).unwrap();
-    if draw.next() < 0.5 {
-        contact = contact.measured_at(draw.logarithmic(1e-2, 1e3)).unwrap();
-    }
-    let mut companion = contact.companion(draw.logarithmic(1e-4, 1.0)).unwrap();
-    let mut z = model.stationary(0.01) * draw.next();
-    let mut least = f64::INFINITY;
-    for _ in 0..steps {
-        let load = if draw.next() < 0.15 { 0.0 } else { draw.logarithmic(1e-2, 1e3) };
-        let predicted = draw.sign() * draw.logarithmic(1e-6, 10.0);
-        let stored = companion.contact().stored_energy(z);
-        let reloaded = companion.reload(load, predicted, z).unwrap();
-        let left = companion.contact().stored_energy(reloaded.deflection);
-        let kept = stored - left - reloaded.dissipated;
-        assert!(kept.abs() <= 16.0 * f64::EPSILON * stored, "{kept:e} of {stored:e} J");
-        assert!(reloaded.dissipated >= 0.0);
-        let h = draw.logarithmic(1e-6, 1.0);
-        let mean = draw.sign() * draw.logarithmic(1e-6, 10.0);
-        let step = companion.step(predicted, reloaded.deflection, h);
-        let done = step.commit(mean);
-        z = done.deflection;
-        let after = companion.contact().stored_energy(z);
-        let work = h * step.force(mean) * mean;
-        let margin = work - (after - left);
-        let scale = 16.0 * f64::EPSILON * (work.abs() + left + after);
-        least = least.min(if scale > 0.0 { margin / scale } else { margin });
-        if load == 0.0 {
-            assert!(after == 0.0 && work == 0.0, "{after:e} J, {work:e} J without a load");
-        }
-    }
-    least
-}
-
 fn zener() -> FrBd<Stribeck<f64>, impl Rheology<f64, Deflection = SVector<f64, 2>>> {
-    let parameters =
-        ZenerParameters { static_stiffness: 5e3, relaxing_stiffness: 1e4, series_damping: 30.0 };
-    FrBd::new(curve(), GeneralisedMaxwell::zener(parameters).unwrap())
-}
-
-#[test]
-fn no_history_of_the_load_gives_energy() {
-    let undamped = KelvinVoigtParameters { micro_stiffness: 5e3, micro_damping: 0.0 };
-    let undamped = KelvinVoigt::new(undamped).unwrap();
-    let stiff = KelvinVoigtParameters { micro_stiffness: 5e3, micro_damping: 40.0 };
-    let stiff = KelvinVoigt::new(stiff).unwrap();
-    let dahl = DahlParameters { dynamic_coefficient: 0.6, micro_stiffness: 5e3 };
-    for seed in 1..=40 {
-        let margins = [
-            ("FrBD", least_margin(&FrBd::new(curve(), bristle()), 500, seed)),
-            ("FrBD, undamped", least_margin(&FrBd::new(curve(), undamped), 500, seed)),
-            ("Dahl", least_margin(&Dahl::new(dahl).unwrap(), 500, seed)),
-            ("LuGre, undamped", least_margin(&LuGre::classical(curve(), undamped), 500, seed)),
-            (
-                "elasto-plastic",
-                least_margin(&ElastoPlastic::new(curve(), bristle(), 6e-5).unwrap(), 500, seed),
-            ),
-            ("implicit", least_margin(&ImplicitBristle::new(curve(), stiff).unwrap(), 100, seed)),
-            ("Zener", least_margin(&zener(), 500, seed)),
-        ];
-        for (name, margin) in margins {
-            assert!(margin >= -1.0, "{name}, seed {seed}: {margin} times 16 ε of the energies");
-        }
-    }
+    FrBd::new(curve(), viscoelastic::zener(5e3, 1e4, 30.0))
 }
 
 #[test]
@@ -258,37 +184,4 @@ fn a_constant_load_leaves_the_same_bits() {
         z = plain.hold(v, z, 1e-3).deflection;
         assert_eq!(reloaded.hold(v, left.deflection, 1e-3).deflection, z);
     }
-}
-
-/// How far the part falls within a second after its grip has gone to zero within one, from 0.6 of
-/// breakaway.
-fn fallen(h: f64) -> f64 {
-    let weight = 0.6 * 0.8 * GRIP;
-    let mass = weight / 9.81;
-    let mut companion = grip::<f64>().companion(1.0).unwrap();
-    let (mut velocity, mut z, mut way) = (0.0, weight / (5e3 * GRIP), 0.0);
-    let mut history = VelocityHistory::new(0.0);
-    for step in 0..(1.0 / h).round() as u32 {
-        let load = GRIP * (1.0 - (f64::from(step) + 0.5) * h);
-        let predicted = history.predict();
-        z = companion.reload(load, predicted, z).unwrap().deflection;
-        let friction = companion.step(predicted, z, h);
-        let mean =
-            friction.point_mass(PointMass { mass, velocity, force: weight, end_weight: 0.5 });
-        velocity = 2.0 * mean - velocity;
-        history.push(velocity);
-        z = friction.commit(mean).deflection;
-        way += h * mean;
-    }
-    way
-}
-
-#[test]
-fn a_grip_that_opens_lets_go_to_second_order() {
-    let ways = [2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4].map(fallen);
-    let rest = ways[4];
-    // Where the part begins to slip the second derivative jumps: the order is that of the jump's
-    // place, two on average.
-    let errors = ways.map(|way| (way - rest).abs());
-    assert!(errors[0] < 3e-3 * rest && errors[2] < 0.3 * errors[0], "{errors:?} of {rest}");
 }

@@ -1,24 +1,17 @@
 //! The implicit bristle by itself: its force balance, what it sticks to and what it refuses; its
 //! relation to FrBD in numbers; how steps and integrators cope with it. The laws it
 //! shares run over it in tests/models/laws.rs.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
 
-use bristle::companion::VelocityHistory;
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck};
 use bristle::rheology::KelvinVoigt;
-use bristle::{Bounds, Bristle, FrBd, ImplicitBristle, Rule, paper};
-use bristle_specimens::closed_form::{Curve, Family};
+use bristle::{Bounds, Branch, Bristle, FrBd, ImplicitBristle, Rule, paper};
+use bristle_specimens::closed_form::Curve;
 use bristle_specimens::recipe::{Recipe, recipe, state};
-use bristle_specimens::specimens::{
-    curves, function, implicit, kelvin_voigt, specimens, stribeck, tabulated,
-};
+use bristle_specimens::specimens::{curves, function, implicit, kelvin_voigt, stribeck, tabulated};
 use bristle_specimens::{assert_within, check};
 use num_dual::{Dual2_64, Dual64};
-
-/// Some twenty roundings.
-const ROUNDING: f64 = 1e-14;
 
 type Table2 = ImplicitBristle<Stribeck<f64>>;
 
@@ -27,45 +20,7 @@ fn table_2() -> (Table2, FrBd<Stribeck<f64>, KelvinVoigt<f64>>) {
     (implicit(curve, bristle), FrBd::new(curve, bristle))
 }
 
-// ---------------------------------------------------------------------------------------------
 // The balance
-// ---------------------------------------------------------------------------------------------
-
-#[test]
-fn the_bristle_carries_what_the_surface_gives_at_its_tip() {
-    check(64, (recipe(), state()), |(r, state)| {
-        for specimen in specimens::<f64>(&r) {
-            let form = specimen.form;
-            if form.family != Family::Implicit {
-                continue;
-            }
-            let full = 1.5 * form.mu(0.0) / r.stiffness;
-            let (v, z) = (state.velocity, state.fraction * full);
-            let (s0, s1) = (form.sigma0(0.0), form.sigma1(0.0));
-            let subject = &specimen.subject;
-            let (rate, carried) =
-                (subject.rate(v.into(), z), subject.force(v.into(), z) / form.recipe.load);
-            let terms = s0 * z.abs() + s1 * (v.abs() + rate.abs());
-            let name = || format!("{} at v = {v:e}, z = {z:e}", specimen.name());
-            assert_within(ROUNDING, terms, carried, s0 * z + s1 * rate, name);
-            let tip = form.tip(v, z);
-            // The tip of the closed form, with the error that a rounding of the load makes.
-            let want = form.mu(tip) * form.sign(tip);
-            if tip == 0.0 {
-                assert!(
-                    carried.abs() <= form.mu(1e-300_f64.copysign(carried)) * (1.0 + 1e-12),
-                    "{}",
-                    name()
-                );
-                assert_eq!(rate, v, "{}", name());
-            } else {
-                let condition = form.terms(v, z);
-                let sum = condition.stiffness * z.abs() + condition.damping * v.abs();
-                assert_within(1e-12, sum, carried, want, name);
-            }
-        }
-    });
-}
 
 #[test]
 fn it_sticks_up_to_breakaway_and_no_further() {
@@ -98,70 +53,37 @@ fn it_sticks_up_to_breakaway_and_no_further() {
     assert!(model.sticks(0.0232, 0.0) && !model.sticks(0.0233, 0.0));
 }
 
-#[test]
-fn its_coefficients_are_those_of_frbd_at_the_velocity_of_the_tip() {
-    check(128, (recipe(), state()), |(r, state)| {
-        let curve = stribeck::<f64>(&r, 2.0);
-        let fall = Curve::Stribeck(2.0).steepest_fall(&r);
-        let bristle = kelvin_voigt(r.stiffness, r.damping + 1.1 * fall + 1e-2);
-        let (solved, one_step) = (implicit(curve, bristle), FrBd::new(curve, bristle));
-        let (v, z) = (state.velocity, 1.5 * state.fraction * r.static_ / r.stiffness);
-        let tip = solved.tip_velocity(v, z);
-        let (got, want) = (solved.affine(v.into(), z), one_step.affine(tip.into(), z));
-        for (got, want) in [
-            (got.relaxation, want.relaxation),
-            (got.drive, want.drive),
-            (got.stiffness, want.stiffness),
-            (got.damping, want.damping),
-        ] {
-            assert_within(ROUNDING, want.abs(), got, want, || format!("v = {v:e}, z = {z:e}"));
-        }
-    });
-}
-
-#[test]
-fn nan_and_infinity_come_out_as_nan() {
-    let (model, _) = table_2();
-    for (v, z) in [(f64::NAN, 0.0), (0.0, f64::NAN), (f64::INFINITY, 0.0), (1.0, f64::INFINITY)] {
-        assert!(model.rate(v, z).is_nan() && model.coefficient(v, z).is_nan(), "{v}, {z}");
-        assert!(model.linearised(v, z).rate.is_nan());
-        assert!(!model.sticks(v, z));
-    }
-}
-
-// ---------------------------------------------------------------------------------------------
 // The solution
-// ---------------------------------------------------------------------------------------------
+
+/// A Stribeck curve whose speeds a test sees, and which is no number where the test says so.
+pub(super) fn watched(
+    whole: Stribeck<f64>,
+    look: impl Fn(f64) -> bool + Clone,
+) -> impl FrictionCurve<f64> {
+    let value = move |speed: f64| {
+        let (mu, slope) = whole.coefficient_and_slope(Branch::Forward.of(speed));
+        if look(speed) { (mu, slope) } else { (f64::NAN, f64::NAN) }
+    };
+    let curve = FunctionCurve::new(value, whole.bounds(f64::INFINITY)).unwrap();
+    curve.with_least_slope(whole.least_slope().unwrap()).unwrap()
+}
 
 #[test]
 fn few_looks_at_the_curve_are_needed_and_never_more_than_160() {
     let looks = Cell::new(0_u32);
     let (most, sum, count) = (Cell::new(0_u32), Cell::new(0_u32), Cell::new(0_u32));
     check(2000, (recipe(), state()), |(r, state)| {
-        let drop = r.static_ - r.dynamic;
-        let fall = Curve::Stribeck(2.0).steepest_fall(&r);
-        let curve = FunctionCurve::new(
-            |speed: f64| {
-                looks.set(looks.get() + 1);
-                let u = speed / r.stribeck_velocity;
-                let stribeck = drop * (-u * u).exp();
-                (
-                    r.dynamic + stribeck + r.viscous * speed,
-                    r.viscous - stribeck * 2.0 * u / r.stribeck_velocity,
-                )
-            },
-            Bounds { min: r.dynamic, max: f64::INFINITY },
-        )
-        .unwrap()
-        .with_least_slope(r.viscous - fall)
-        .unwrap();
+        let curve = watched(stribeck(&r, 2.0), |_| {
+            looks.set(looks.get() + 1);
+            true
+        });
         // From hardly single-valued on.
+        let fall = Curve::Stribeck(2.0).steepest_fall(&r);
         let bristle = kelvin_voigt(r.stiffness, r.damping + 1.0001 * fall + 1e-2);
         let model = implicit(curve, bristle);
         let (v, z) = (state.velocity, 1.5 * state.fraction * r.static_ / r.stiffness);
         looks.set(0);
-        let rate = model.rate(v, z);
-        assert!(rate.is_finite());
+        assert!(model.rate(v, z).is_finite());
         most.set(most.get().max(looks.get()));
         sum.set(sum.get() + looks.get());
         count.set(count.get() + 1);
@@ -246,19 +168,11 @@ fn an_answer_at_the_far_end_of_its_bracket_is_met() {
 
 #[test]
 fn the_derivatives_of_dual_numbers_are_of_first_order() {
-    // By the velocity, Φ' = 23.9 in Table 2; the second derivative of a twice dual number is not
-    // right, which the documentation says.
-    let r = Recipe::TABLE_2;
-    let dual = implicit::<Dual64, _>(
-        stribeck(&r, 2.0),
-        kelvin_voigt(Dual64::from(1e4), Dual64::from(64.5)),
-    );
+    // Parameters can carry the derivative, too: ∂v_s/∂μ_d at a fixed load is −∂f/∂μ_d / Φ', with
+    // Φ' = 23.9 in Table 2.
     let (model, _) = table_2();
     let z = model.stationary(5.5e-3);
-    let by_dual = dual.rate(Dual64::from(5.5e-3), Dual64::new(z, 1.0)).eps;
     let by_hand = model.linearised(5.5e-3, z).rate_by_deflection;
-    assert_within(1e-12, by_hand.abs(), by_dual, by_hand, || "∂ż/∂z".into());
-    // Parameters can carry the derivative, too: ∂v_s/∂μ_d at a fixed load is −∂f/∂μ_d / Φ'.
     let curve = Stribeck::new(bristle::curve::StribeckParameters {
         static_coefficient: Dual64::new(1.5, 0.0),
         dynamic_coefficient: Dual64::new(1.0, 1.0),
@@ -271,18 +185,14 @@ fn the_derivatives_of_dual_numbers_are_of_first_order() {
     let got = dual.tip_velocity(Dual64::from(5.5e-3), Dual64::from(z)).eps;
     let want = -(1.0 - (-0.3025_f64).exp()) * (-by_hand / 1e4);
     assert_within(1e-12, want.abs(), got, want, || "∂v_s/∂μ_d".into());
-    // Twice dual numbers at least have their value and first derivative right.
-    let twice = implicit::<Dual2_64, _>(
-        stribeck(&r, 2.0),
-        kelvin_voigt(Dual2_64::from(1e4), Dual2_64::from(64.5)),
-    );
-    let got = twice.rate(Dual2_64::from(5.5e-3), Dual2_64::new(z, 1.0, 0.0));
+    // The second derivative of a twice dual number is not right, which the documentation says; its
+    // value and first derivative are.
+    let (curve, bristle) = bristle_specimens::specimens::table_2::<Dual2_64>();
+    let got = implicit(curve, bristle).rate(Dual2_64::from(5.5e-3), Dual2_64::new(z, 1.0, 0.0));
     assert_within(1e-12, by_hand.abs(), got.v1, by_hand, || "∂ż/∂z".into());
 }
 
-// ---------------------------------------------------------------------------------------------
 // Least slopes and refusals
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn the_least_slope_of_every_curve_is_its_least_slope() {
@@ -325,23 +235,13 @@ fn the_threshold_of_table_2_is_the_closed_form() {
     let refused = with(20.0).unwrap_err();
     assert_within(1e-12, 1.0, refused.value, 20.0 - threshold, || "margin".into());
     let told = refused.to_string();
-    assert!(
-        told.starts_with("micro_damping + least slope of the curve is -22.848194248"),
-        "{told}"
-    );
+    let begins = "micro_damping + least slope of the curve is -22.848194248";
+    assert!(told.starts_with(begins), "{told}");
     assert!(told.ends_with(", but must be positive, or several tip velocities fit"), "{told}");
-    let margin = 64.5 + curve.least_slope().unwrap();
-    assert_within(1e-12, 1.0, margin, 64.5 - threshold, || "margin".into());
-}
-
-/// A load above the reference load makes the curve steeper: beyond 64.5/42.848 of it Table 2 is
-/// folded. A curve that does not fall never is.
-#[test]
-fn the_folding_scale_is_that_of_the_steepest_fall() {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    let model = ImplicitBristle::new(curve, kelvin_voigt(1e4, 64.5)).unwrap();
-    let folding = 64.5 / (50.0 * (2.0 / std::f64::consts::E).sqrt() - 0.04);
-    assert_within(1e-12, 1.0, model.folding_scale().unwrap(), folding, || "scale".into());
+    // A load above the reference load makes the curve steeper, and folds it beyond a scale. A curve
+    // that does not fall never is folded.
+    let folding = with(64.5).unwrap().folding_scale().unwrap();
+    assert_within(1e-12, 1.0, folding, 64.5 / threshold, || "scale".into());
     let level = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 };
     let level = ImplicitBristle::new(Coulomb::new(level).unwrap(), kelvin_voigt(1e4, 64.5));
     assert_eq!(level.unwrap().folding_scale(), None);
@@ -373,9 +273,7 @@ fn what_has_no_single_answer_is_refused_by_name() {
     assert!(ImplicitBristle::new(tabulated::<f64>(&r), kelvin_voigt(1e4, 64.5)).is_ok());
 }
 
-// ---------------------------------------------------------------------------------------------
 // Beside FrBD
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn in_the_stribeck_range_disturbances_fade_thirteen_times_as_fast_as_with_frbd() {
@@ -418,60 +316,28 @@ fn at_high_speed_it_is_frbd_but_for_a_constant() {
     }
 }
 
-#[test]
-fn a_companion_step_leaves_a_stuck_mass_stuck_and_converges() {
-    let (model, _) = table_2();
-    let friction = model.under_load(1.0).unwrap().companion(1.0).unwrap();
-    // The rig of Table 2 for 20 s, which is two slips: positions with ever shorter steps.
-    let run = |steps: u32, end: f64| {
-        let h = end / f64::from(steps);
-        let (mut x, mut v, mut z) = (0.0, 0.0, 0.0);
-        let mut history = VelocityHistory::new(v);
-        for n in 0..steps {
-            let step = friction.step(history.predict(), z, h);
-            let stretch = 0.1 * h * (f64::from(n) + 0.5) - x;
-            let mean = (2.0 / h * v + 2.0 * stretch - step.bias()) / (2.0 / h + h + step.damping());
-            let committed = step.commit(mean);
-            assert!(committed.dissipated >= 0.0);
-            (x, v, z) = (x + h * mean, 2.0 * mean - v, committed.deflection);
-            history.push(v);
-        }
-        x
-    };
-    // Stuck, dragged steadily at v = 0.2/10002 m/s: 2 (0.1·5 − x) = 1e4 x + 64.5 v.
-    let want = (1.0 - 64.5 * 0.2 / 10_002.0) / 10_002.0;
-    assert_within(1e-10, want, run(500, 5.0), want, || "stuck".into());
-    let finest = run(64_000, 20.0);
-    let off = [8000, 16_000, 32_000].map(|n| (run(n, 20.0) - finest).abs());
-    // First order: halving the step takes the difference to the finest from 7 parts to 3 to 1.
-    assert!(off[2] < 0.45 * off[1] && off[1] < 0.6 * off[0] && off[0] < 2e-3, "{off:?}");
-}
-
-#[test]
-fn an_evaluation_allocates_nothing() {
-    let (model, _) = table_2();
-    let counted = allocation_counter::measure(|| {
-        for i in -50..50 {
-            let (v, z) = (f64::from(i) * 1e-3, f64::from(50 - i) * 2e-6);
-            assert!(model.linearised(v, z).rate.is_finite());
-            assert!(model.hold(v, z, 1e-3).deflection.is_finite());
-        }
-    });
-    assert_eq!(counted.count_total, 0);
-}
-
 #[cfg(feature = "alloc")]
 mod runs {
     use super::*;
+    use bristle::Mechanism;
     use bristle::ode::{
-        Direction, DormandPrince8, Event, Method, Output, Rodas5P, Solver, Tolerances,
+        Direction, DormandPrince8, Event, Method, Output, Rodas5P, Solver, System, Tolerances,
     };
     use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
     use bristle::signal::{Sine, SineParameters};
+    use bristle_specimens::ode::rig;
     use nalgebra::Vector3;
 
     fn sine(mean: f64, amplitude: f64, frequency: f64) -> Sine<f64> {
         Sine::new(SineParameters { mean, amplitude, frequency, phase: 0.0 }).unwrap()
+    }
+
+    fn solver<M, S, const N: usize>(method: M, system: &S, relative: f64) -> Solver<f64, M, N>
+    where
+        M: Method<f64, N>,
+        S: System<f64, N>,
+    {
+        Solver::checked(method, Tolerances::scaled(relative, system.scales()).unwrap())
     }
 
     /// Mean period of stick-slip in the rig of Table 2, p = 1 N, over 60 s from rest.
@@ -480,15 +346,13 @@ mod runs {
         M: Bristle<f64, Deflection = f64>,
         N: Method<f64, 3>,
     {
-        let contact = model.under_load(1.0).unwrap();
-        let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
-        let solver = Solver::checked(method, Tolerances::scaled(rtol, rig.scales()).unwrap());
+        let (rig, output) = (rig(model, 0.1), Output::Uniform(2));
         let slips = |_: f64, state: &Vector3<f64>| state[1] - 0.01;
         let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];
-        let trajectory = solver
-            .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))
-            .unwrap();
-        let slips = trajectory.events();
+        let solver = solver(method, &rig, rtol);
+        let run = solver.solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, output);
+        let run = run.unwrap();
+        let slips = run.events();
         assert_eq!(slips.len(), 7);
         (slips[6].time - slips[0].time) / 6.0
     }
@@ -523,13 +387,10 @@ mod runs {
             (49.05, 0.215_445_495_04),
             (56.8, 0.464_627_066_20),
         ];
-        let contact = table_2().0.under_load(1.0).unwrap();
-        let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
+        let (contact, rig) = (table_2().0.under_load(1.0).unwrap(), rig(table_2().0, 0.1));
         let off = |rtol: f64| {
-            let tolerances = Tolerances::scaled(rtol, rig.scales()).unwrap();
-            let run = Solver::checked(DormandPrince8, tolerances)
-                .solve(&rig, 0.0..60.0, rig.at_rest(), Output::Uniform(1201))
-                .unwrap();
+            let solver = solver(DormandPrince8, &rig, rtol);
+            let run = solver.solve(&rig, 0.0..60.0, rig.at_rest(), Output::Uniform(1201)).unwrap();
             wanted.iter().fold(0.0_f64, |worst, &(time, force)| {
                 let state = run.states()[(time * 20.0_f64).round() as usize];
                 worst.max((contact.force(state[1], state[2]) - force).abs())
@@ -547,16 +408,12 @@ mod runs {
     fn the_loops_of_frictional_lag_are_two_tenths_apart() {
         let (solved, one_step) = table_2();
         fn forces<M: Bristle<f64, Deflection = f64>>(model: M, frequency: f64) -> Vec<f64> {
-            let scene = PrescribedVelocity::new(
-                model.under_load(1.0).unwrap(),
-                sine(0.0055, 0.005, frequency),
-            );
-            let tolerances = Tolerances::scaled(1e-8, scene.scales()).unwrap();
-            let solver = Solver::checked(DormandPrince8, tolerances);
-            let span = 0.0..10.0 / frequency;
-            let trajectory =
-                solver.solve(&scene, span, scene.stationary(0.0), Output::Uniform(5001)).unwrap();
-            trajectory.iter().skip(4500).map(|(t, state)| scene.friction_force(t, state)).collect()
+            let velocity = sine(0.0055, 0.005, frequency);
+            let scene = PrescribedVelocity::new(model.under_load(1.0).unwrap(), velocity);
+            let (start, output) = (scene.stationary(0.0), Output::Uniform(5001));
+            let solver = solver(DormandPrince8, &scene, 1e-8);
+            let run = solver.solve(&scene, 0.0..10.0 / frequency, start, output).unwrap();
+            run.iter().skip(4500).map(|(t, state)| scene.friction_force(t, state)).collect()
         }
         for (frequency, want) in [(25.0, 0.211_006_6), (50.0, 0.207_002_5), (100.0, 0.200_990_3)] {
             let (a, b) = (forces(solved, frequency), forces(one_step, frequency));
@@ -572,22 +429,17 @@ mod runs {
         let (solved, one_step) = table_2();
         // 0 to 0.8 F_b and back, once a second, on a unit mass.
         fn positions<M: Bristle<f64, Deflection = f64>>(model: M) -> [f64; 2] {
+            let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
             let scene = MassSpringDamper::new(MassSpringDamperParameters {
                 contact: model.under_load(1.0).unwrap(),
-                mechanism: bristle::Mechanism {
-                    mass: 1.0,
-                    spring_stiffness: 0.0,
-                    viscous_damping: 0.0,
-                },
+                mechanism,
                 drive_velocity: 0.0,
                 force: sine(0.6, 0.6, 1.0),
-            })
-            .unwrap();
-            let tolerances = Tolerances::scaled(1e-9, scene.scales()).unwrap();
-            let solver = Solver::checked(DormandPrince8, tolerances);
-            let trajectory =
-                solver.solve(&scene, 0.0..20.0, scene.at_rest(), Output::Uniform(3)).unwrap();
-            [trajectory.states()[1][0], trajectory.states()[2][0]]
+            });
+            let (scene, output) = (scene.unwrap(), Output::Uniform(3));
+            let solver = solver(DormandPrince8, &scene, 1e-9);
+            let run = solver.solve(&scene, 0.0..20.0, scene.at_rest(), output).unwrap();
+            [run.states()[1][0], run.states()[2][0]]
         }
         let [half, whole] = positions(solved);
         // It sticks: nothing but the integrator's errors, 1e-9 of 1.5e-4 m and some of the
@@ -602,17 +454,14 @@ mod runs {
     #[test]
     fn the_beginning_of_sliding_is_an_event() {
         let (model, _) = table_2();
-        let rig =
-            MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0).unwrap())).unwrap();
+        let rig = rig(model, 0.1);
         let breaks_away = |_: f64, state: &Vector3<f64>| model.stick_excess(state[1], state[2]);
         let events = [Event { function: &breaks_away, direction: Direction::Rising, stops: true }];
-        let solver = Solver::checked(Rodas5P, Tolerances::scaled(1e-8, rig.scales()).unwrap());
-        let run = solver
-            .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))
-            .unwrap();
+        let (solver, output) = (solver(Rodas5P, &rig, 1e-8), Output::Uniform(2));
+        let run = solver.solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, output);
         // Stuck, k (0.1 t − x) = F with x = z nearly steady at 0.2/1e4 m/s: F = 1.5 N at t = 7.5 s
         // + x/0.1 + transients.
-        let time = run.events()[0].time;
+        let time = run.unwrap().events()[0].time;
         assert_within(1e-3, 7.5, time, 7.5 + 1.5e-4 / 0.1, || "breakaway".into());
     }
 }

@@ -1,14 +1,14 @@
 //! The step of the implicit bristle at a held velocity, beside an integration of its own with tiny
 //! steps: which finds the tip by bisection, ends a step where the tip begins or ceases to stick,
 //! and is of fourth order in between.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
 
-use bristle::curve::{FrictionCurve, Stribeck};
+use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::{Bounds, Bristle, HeldStep, ImplicitBristle, Sliding, paper};
+use bristle::{Bristle, HeldStep, ImplicitBristle, paper};
 
+use super::implicit::watched;
 use bristle_specimens::draw::Draw;
 use bristle_specimens::implicit::{Set, TABLE_2};
 use bristle_specimens::specimens::table_2;
@@ -70,23 +70,19 @@ fn two_half_steps_make_a_whole_one_and_no_step_gives_energy() {
             let work = duration * whole.mean_coefficient * velocity;
             let (from, to) = (deflection, whole.deflection);
             let stored = 0.5 * stiffness * (to - from) * (to + from);
+            let (mean, most) = (whole.mean_coefficient, set.mu(velocity.abs()));
             let sum =
-                duration * velocity.abs() * (whole.mean_coefficient.abs() + set.mu(velocity.abs()))
-                    + 1e-7 * stiffness * from * from;
+                duration * velocity.abs() * (mean.abs() + most) + 1e-7 * stiffness * from * from;
             assert!(work - stored >= -1e-8 * sum, "{set:?} {scene:?}: {:e}", work - stored);
             let half = Scene { duration: 0.5 * duration, ..scene };
             let first = hold(&set, half);
             let second = hold(&set, Scene { deflection: first.deflection, ..half });
-            let full = set.mu(0.0) / stiffness;
-            let off = (second.deflection - to).abs() / full;
             // A few tens of pieces of an accuracy of 1e-9.
-            let enough = 1e-7;
-            assert!(off < enough, "{set:?} {scene:?}: {off:e}");
-            let off = (0.5 * (first.mean_coefficient + second.mean_coefficient)
-                - whole.mean_coefficient)
-                .abs()
-                / (set.mu(0.0) + set.mu(velocity.abs()));
-            assert!(off < enough, "{set:?} {scene:?}: mean {off:e}");
+            let off = (second.deflection - to).abs() * stiffness / set.mu(0.0);
+            assert!(off < 1e-7, "{set:?} {scene:?}: {off:e}");
+            let halves = 0.5 * (first.mean_coefficient + second.mean_coefficient);
+            let off = (halves - mean).abs() / (set.mu(0.0) + most);
+            assert!(off < 1e-7, "{set:?} {scene:?}: mean {off:e}");
         }
     }
 }
@@ -128,42 +124,15 @@ fn a_long_step_ends_in_steady_sliding() {
     }
 }
 
-/// A curve that is a number only beyond a speed, or up to it.
-#[derive(Debug, Clone, Copy)]
-struct Torn {
-    whole: Stribeck<f64>,
-    speed: f64,
-    torn_below: bool,
-}
-
-impl FrictionCurve<f64> for Torn {
-    fn coefficient_and_slope(&self, sliding: Sliding<f64>) -> (f64, f64) {
-        if (sliding.speed() < self.speed) == self.torn_below {
-            return (f64::NAN, f64::NAN);
-        }
-        self.whole.coefficient_and_slope(sliding)
-    }
-
-    fn bounds(&self, fastest: f64) -> Bounds<f64> {
-        self.whole.bounds(fastest)
-    }
-
-    fn viscous_friction(&self) -> f64 {
-        self.whole.viscous_friction()
-    }
-
-    fn least_slope(&self) -> Option<f64> {
-        self.whole.least_slope()
-    }
-}
-
 #[test]
 fn a_curve_that_is_not_a_number_gives_none() {
     let whole = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
     let whole_model = ImplicitBristle::new(whole, bristle).unwrap();
     for (speed, torn_below) in [(f64::INFINITY, true), (1e-9, true), (1e-4, false)] {
-        let model = ImplicitBristle::new(Torn { whole, speed, torn_below }, bristle).unwrap();
+        // A number only beyond a speed, or up to it.
+        let torn = watched(whole, move |at| (at < speed) != torn_below);
+        let model = ImplicitBristle::new(torn, bristle).unwrap();
         // From sticking, from sliding, over a reversal, at rest.
         for (velocity, deflection) in
             [(0.0, 0.0), (1e-3, 0.0), (0.01, 1e-4), (-0.01, 1.2e-4), (0.0, 1e-4)]
@@ -186,9 +155,15 @@ fn a_curve_that_is_not_a_number_gives_none() {
 
 #[test]
 fn what_is_not_a_number_stays_so_and_no_time_changes_nothing() {
+    const NAN: f64 = f64::NAN;
+    const INFINITY: f64 = f64::INFINITY;
     for set in Set::all() {
-        for (velocity, deflection, duration) in
-            [(f64::NAN, 0.0, 1.0), (1.0, f64::NAN, 1.0), (1.0, 0.0, f64::NAN)]
+        let model = set.model();
+        for (v, z) in [(NAN, 0.0), (0.0, NAN), (INFINITY, 0.0), (1.0, INFINITY)] {
+            assert!(model.rate(v, z).is_nan() && model.coefficient(v, z).is_nan(), "{v}, {z}");
+            assert!(model.linearised(v, z).rate.is_nan() && !model.sticks(v, z), "{v}, {z}");
+        }
+        for (velocity, deflection, duration) in [(NAN, 0.0, 1.0), (1.0, NAN, 1.0), (1.0, 0.0, NAN)]
         {
             let held = hold(&set, Scene { velocity, deflection, duration });
             assert!(held.deflection.is_nan() && held.mean_coefficient.is_nan(), "{set:?} {held:?}");
@@ -199,53 +174,25 @@ fn what_is_not_a_number_stays_so_and_no_time_changes_nothing() {
     }
 }
 
-std::thread_local! {
-    static LOOKS: Cell<u32> = const { Cell::new(0) };
-}
-
-/// A Stribeck curve that counts the looks at it.
-#[derive(Debug, Clone)]
-struct Counted(Stribeck<f64>);
-
-impl FrictionCurve<f64> for Counted {
-    fn coefficient(&self, sliding: Sliding<f64>) -> f64 {
-        LOOKS.set(LOOKS.get() + 1);
-        self.0.coefficient(sliding)
-    }
-
-    fn coefficient_and_slope(&self, sliding: Sliding<f64>) -> (f64, f64) {
-        LOOKS.set(LOOKS.get() + 1);
-        self.0.coefficient_and_slope(sliding)
-    }
-
-    fn bounds(&self, fastest: f64) -> Bounds<f64> {
-        self.0.bounds(fastest)
-    }
-
-    fn viscous_friction(&self) -> f64 {
-        self.0.viscous_friction()
-    }
-
-    fn least_slope(&self) -> Option<f64> {
-        self.0.least_slope()
-    }
-}
-
 #[test]
 fn looks_at_the_curve_are_few_and_never_more_than_1500() {
     let count = |set: &Set, many: u32, seed: u64, duration: Option<f64>| {
         let mut dice = Draw(seed);
         let (mut most, mut sum) = (0, 0);
-        let curve = Counted(Stribeck::new(set.curve).unwrap());
+        let looks = Cell::new(0);
+        let curve = watched(Stribeck::new(set.curve).unwrap(), |_| {
+            looks.set(looks.get() + 1);
+            true
+        });
         let model = ImplicitBristle::new(curve, KelvinVoigt::new(set.bristle).unwrap()).unwrap();
         for _ in 0..many {
             let scene = draw(&mut dice, set);
             let h = duration.unwrap_or(scene.duration);
-            LOOKS.set(0);
+            looks.set(0);
             let held = model.hold(scene.velocity, scene.deflection, h);
             assert!(held.mean_coefficient.is_finite());
-            most = LOOKS.get().max(most);
-            sum += LOOKS.get();
+            most = looks.get().max(most);
+            sum += looks.get();
         }
         (most, sum / many)
     };
@@ -289,6 +236,7 @@ fn a_step_allocates_nothing() {
             let unit = set.curve.stribeck_velocity;
             assert!(model.hold(unit, 0.0, 1.0).deflection.is_finite());
             assert!(model.hold(-3.0 * unit, 1e-4, 1e-3).deflection.is_finite());
+            assert!(model.linearised(unit, 1e-5).rate.is_finite());
         }
     });
     assert_eq!(counted.count_total, 0);

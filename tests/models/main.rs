@@ -8,5 +8,4 @@ mod implicit;
 mod implicit_hold;
 mod laws;
 mod parameters;
-mod scale;
 mod viscoelastic;

@@ -1,6 +1,5 @@
 //! A normal force that varies, over every model: no history of load and velocity gives more energy
 //! than was stored, by either rule. For what is held see tests/load.rs.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::curve::Stribeck;
 use bristle::nalgebra::SVector;
@@ -8,11 +7,11 @@ use bristle::rheology::{
     Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, MaxwellArm, States,
     ZenerParameters,
 };
-use bristle::{Bristle, Contact, FrBd, Law, Reloaded, Scalar};
+use bristle::{Bristle, Contact, Form, FrBd, Law, Reloaded, Scalar};
 use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
-use bristle_specimens::specimens::{AsModel, specimens, stribeck, table_2_frbd};
+use bristle_specimens::specimens::{specimens, stribeck, table_2_frbd};
 use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
 
@@ -20,9 +19,7 @@ fn to_f64<T: Scalar>(value: T) -> f64 {
     value.to_subset_unchecked()
 }
 
-// ---------------------------------------------------------------------------------------------
 // Passivity
-// ---------------------------------------------------------------------------------------------
 
 /// A load of any size; one in six is none.
 fn any_load(draw: &mut Draw, typical: f64) -> f64 {
@@ -48,9 +45,11 @@ fn random_history<T: Scalar, M: Bristle<T>>(
     steps: usize,
     rounding: f64,
 ) -> usize {
-    let fastest: T = lit(1.0);
     let start = model.clone().under_load(lit(typical_load)).unwrap();
-    let mut companion = start.companion(fastest).unwrap();
+    // Half of them measured under another load than the one they begin with.
+    let measured = if draw.next() < 0.5 { 1.0 } else { draw.logarithmic(1e-2, 1e2) };
+    let start = start.measured_at(lit(measured * typical_load)).unwrap();
+    let mut companion = start.companion(lit(draw.logarithmic(1e-4, 1.0))).unwrap();
     let mut z = M::Deflection::fill(T::zero());
     let (mut balance, mut size) = (0.0, 0.0);
     for step in 0..steps {
@@ -71,7 +70,9 @@ fn random_history<T: Scalar, M: Bristle<T>>(
 
         let (v, h) = (velocity(draw), lit(draw.logarithmic(1e-6, 1.0)));
         let step_of = companion.step(predicted, reloaded.deflection, h);
-        let work = if draw.next() < 0.5 && step_of.is_passive() {
+        // The exact step of a tip that is solved for has an accuracy of its own.
+        let solved = model.form() == Form::Solved;
+        let work = if solved || draw.next() < 0.5 && step_of.is_passive() {
             let done = step_of.commit(v);
             z = done.deflection;
             to_f64(done.work)
@@ -82,14 +83,14 @@ fn random_history<T: Scalar, M: Bristle<T>>(
         };
         let after = to_f64(companion.contact().stored_energy(z));
         let terms = before + after_load + after + work.abs();
-        balance += work - (after - before);
+        balance += work - (after - after_load);
         size += terms;
-        assert!(
-            work - (after - before) >= -rounding * terms,
-            "step {step} gave {:e} of {terms:e}: {model:?}, p = {load:?}, {by:?}",
-            after - before - work,
-        );
-        assert!(balance >= -rounding * size, "after {step} steps: {balance:e} of {size:e}");
+        let name = || format!("step {step}: {model:?}, p = {load:?}, {by:?}");
+        let given = after - after_load - work;
+        assert!(given <= rounding * terms, "{} gave {given:e} of {terms:e}", name());
+        assert!(balance >= -rounding * size, "{}: {balance:e} of {size:e} in all", name());
+        let idle = load > T::zero() || after == 0.0 && work == 0.0;
+        assert!(idle, "{}: {after:e} J, {work:e} J without a load", name());
     }
     steps
 }
@@ -104,10 +105,11 @@ fn random_histories<T: Scalar>(
     let mut taken = 0;
     for specimen in specimens::<T>(recipe) {
         let form = &specimen.form;
-        if !specimen.subject.obeys(Law::Passivity) || specimen.is_implicit() {
+        let model = specimen.model();
+        if !model.obeys(Law::Passivity) {
             continue;
         }
-        let model = AsModel(&specimen);
+        let steps = if specimen.is_implicit() { steps / 5 } else { steps };
         for by in [By::Reloading, By::Renewal] {
             taken += random_history(by, &model, form.recipe.load, draw, steps, rounding);
         }
@@ -210,10 +212,10 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
     let case = (recipe(), velocity(), -1.0..1.0, decades(1e-3, 1e3));
     check(64, case, |(recipe, velocity, fraction, share)| {
         for specimen in specimens::<f64>(&recipe) {
-            if !specimen.subject.obeys(Law::Passivity) {
+            if !specimen.subject.model().obeys(Law::Passivity) {
                 continue;
             }
-            let (model, storage) = (AsModel(&specimen), specimen.form.storage());
+            let (model, storage) = (specimen.model(), specimen.form.storage());
             let limit = specimen.subject.limits(velocity).deflection.unwrap_or(1e-4);
             let contact = model.under_load(recipe.load).unwrap();
             for z in [fraction * limit, 10.0 * fraction * limit] {
@@ -227,7 +229,7 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
                 let name = || format!("{} at v = {velocity:e}, z = {z:e}", specimen.name());
                 assert!(power >= -1e-12 * terms, "{}, s = {share:e}: {power:e}", name());
                 // |F| ≤ p B, also where the bristle carries more.
-                if specimen.subject.obeys(Law::BoundedForce) && !specimen.is_implicit() {
+                if specimen.subject.model().obeys(Law::BoundedForce) && !specimen.is_implicit() {
                     let rest = 1e-300_f64.copysign(z);
                     let speed = velocity.abs().copysign(z);
                     let most = form.mu(rest).max(form.mu(speed)).max(form.mu(velocity));
@@ -239,9 +241,7 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
     });
 }
 
-// ---------------------------------------------------------------------------------------------
 // Accuracy
-// ---------------------------------------------------------------------------------------------
 
 #[cfg(feature = "alloc")]
 mod accuracy {
@@ -395,9 +395,7 @@ fn a_change_of_the_load_allocates_nothing() {
     assert_eq!(counted.count_total, 0);
 }
 
-// ---------------------------------------------------------------------------------------------
 // Bad input
-// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn a_refused_load_leaves_the_contact_as_it_was() {

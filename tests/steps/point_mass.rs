@@ -1,49 +1,36 @@
 //! A free mass under a companion step, solved in closed form, and steps about a predicted
 //! deflection.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle::companion::{PointMass, Prediction};
-use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::companion::{Companion, PointMass, Prediction};
+use bristle::curve::Stribeck;
 #[cfg(feature = "alloc")]
 use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::rheology::KelvinVoigt;
 #[cfg(feature = "alloc")]
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::{Bristle, ElastoPlastic, FrBd, ImplicitBristle};
+use bristle::{Bristle, FrBd};
 use bristle_specimens::check;
-use bristle_specimens::recipe::{decades, velocity};
+use bristle_specimens::recipe::{Recipe, decades, velocity};
+use bristle_specimens::specimens::{elasto_plastic, implicit, kelvin_voigt, spring, stribeck};
 use proptest::prelude::*;
 
 fn curve() -> Stribeck<f64> {
-    Stribeck::new(StribeckParameters {
-        static_coefficient: 0.6,
-        dynamic_coefficient: 0.45,
-        stribeck_velocity: 0.1,
-        stribeck_exponent: 2.0,
-        viscous_friction: 0.01,
-    })
-    .unwrap()
+    let (static_, dynamic, stribeck_velocity, viscous) = (0.6, 0.45, 0.1, 0.01);
+    stribeck(&Recipe { static_, dynamic, stribeck_velocity, viscous, ..Recipe::TABLE_2 }, 2.0)
 }
 
 fn bristle() -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 20.0 }).unwrap()
+    kelvin_voigt(3e3, 20.0)
 }
 
-fn elasto_plastic() -> ElastoPlastic<Stribeck<f64>, KelvinVoigt<f64>> {
-    let (curve, rheology) = (curve(), bristle());
-    ElastoPlastic::new(curve, rheology, 1e-4).unwrap()
-}
-
-fn implicit() -> ImplicitBristle<Stribeck<f64>> {
-    let (curve, rheology) = (curve(), bristle());
-    ImplicitBristle::new(curve, rheology).unwrap()
+fn frbd() -> Companion<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
+    FrBd::new(curve(), bristle()).under_load(9.81).unwrap().companion(10.0).unwrap()
 }
 
 /// m (v₁ − v₀) = h (f − F̄) with v̄ = v₀ + θ (v₁ − v₀), relative to the sum of its terms.
 #[test]
 fn the_velocity_of_a_point_mass_solves_its_equation() {
-    let companion =
-        FrBd::new(curve(), bristle()).under_load(9.81).unwrap().companion(10.0).unwrap();
+    let companion = frbd();
     let weight = prop_oneof![Just(0.5), Just(0.625), Just(1.0)];
     let case = (
         velocity(),
@@ -68,8 +55,7 @@ fn the_velocity_of_a_point_mass_solves_its_equation() {
 
 #[test]
 fn a_body_without_mass_moves_as_forces_and_friction_say() {
-    let companion =
-        FrBd::new(curve(), bristle()).under_load(9.81).unwrap().companion(10.0).unwrap();
+    let companion = frbd();
     let step = companion.step(0.01, 1e-4, 1e-2);
     let body = PointMass { mass: 0.0, velocity: 3.0, force: 2.0, end_weight: 1.0 };
     assert!((step.force(step.point_mass(body)) - 2.0).abs() < 1e-14);
@@ -77,7 +63,7 @@ fn a_body_without_mass_moves_as_forces_and_friction_say() {
 
 #[test]
 fn a_mass_or_a_weight_that_is_none_gives_no_number() {
-    let companion = FrBd::new(curve(), bristle()).under_load(1.0).unwrap().companion(10.0).unwrap();
+    let companion = frbd();
     let step = companion.step(0.1, 0.0, 1e-3);
     for mass in [-1.0, -1e-300, f64::NEG_INFINITY, f64::NAN] {
         let body = PointMass { mass, velocity: 3.0, force: 2.0, end_weight: 1.0 };
@@ -91,8 +77,7 @@ fn a_mass_or_a_weight_that_is_none_gives_no_number() {
 
 #[test]
 fn at_the_target_velocity_the_friction_is_gone() {
-    let mut companion =
-        FrBd::new(curve(), bristle()).under_load(9.81).unwrap().companion(10.0).unwrap();
+    let mut companion = frbd();
     let step = companion.step(0.01, 1e-4, 1e-2);
     let target = step.target_velocity().unwrap();
     assert!(target < 0.0, "the bristle pulls back");
@@ -102,10 +87,7 @@ fn at_the_target_velocity_the_friction_is_gone() {
     assert_eq!(forgotten, 0.0);
     let idle = companion.step(0.01, forgotten, 1e-2);
     assert_eq!(idle.target_velocity(), None);
-    let spring =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 0.0 })
-            .unwrap();
-    let spring = FrBd::new(curve(), spring).under_load(9.81).unwrap().companion(10.0).unwrap();
+    let spring = FrBd::new(curve(), spring(3e3)).under_load(9.81).unwrap().companion(10.0).unwrap();
     assert_eq!(spring.step(0.01, 1e-4, 0.0).target_velocity(), None);
 }
 
@@ -128,14 +110,13 @@ fn balances<M: Bristle<f64, Deflection = f64>>(model: M) {
 
 #[test]
 fn a_wrong_deflection_in_the_prediction_gives_no_energy() {
-    balances(elasto_plastic());
-    balances(implicit());
+    balances(elasto_plastic(curve(), bristle(), 1e-4));
+    balances(implicit(curve(), bristle()));
 }
 
 #[test]
 fn for_a_model_that_does_not_ask_for_it_the_predicted_deflection_does_nothing() {
-    let companion =
-        FrBd::new(curve(), bristle()).under_load(9.81).unwrap().companion(10.0).unwrap();
+    let companion = frbd();
     let about = Prediction { velocity: 0.3, deflection: 7.0 };
     assert_eq!(companion.step_about(about, 1e-4, 1e-2), companion.step(0.3, 1e-4, 1e-2));
 }
@@ -186,9 +167,10 @@ fn orders<M: Bristle<f64, Deflection = f64>>(model: M, foreseen: bool) -> [f64; 
 #[cfg(feature = "alloc")]
 #[test]
 fn with_a_predicted_deflection_models_that_depend_on_it_step_to_second_order() {
-    for orders in [orders(elasto_plastic(), true), orders(implicit(), true)] {
+    let plastic = elasto_plastic(curve(), bristle(), 1e-4);
+    for orders in [orders(plastic, true), orders(implicit(curve(), bristle()), true)] {
         assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.2), "{orders:?}");
     }
-    let frozen = orders(elasto_plastic(), false);
+    let frozen = orders(plastic, false);
     assert!(frozen.iter().all(|order| (order - 1.0).abs() < 0.2), "{frozen:?}");
 }

@@ -3,6 +3,8 @@
 //! Written apart from the library, by the formulas and not by the code: no fast paths, no series
 //! where the formula itself is good, other formulations where there is a choice.
 
+use bristle::Affine;
+
 use super::recipe::Recipe;
 
 /// A friction curve.
@@ -83,15 +85,6 @@ struct AtTip {
     slope_terms: f64,
     error: f64,
     rough: f64,
-}
-
-/// λ, r, c₀, c₂ of one model at one velocity, or what goes with each of them.
-#[derive(Debug, Clone, Copy)]
-pub struct Coefficients {
-    pub relaxation: f64,
-    pub drive: f64,
-    pub stiffness: f64,
-    pub damping: f64,
 }
 
 fn sign(v: f64) -> f64 {
@@ -246,6 +239,12 @@ impl Element {
 }
 
 impl ClosedForm {
+    /// Without regularisation, under the reference load.
+    pub fn new(r: &Recipe, family: Family, curve: Curve, elements: (Element, Element)) -> Self {
+        let ((stiffness, damping), recipe) = (elements, *r);
+        Self { recipe, family, curve, modulus: Modulus::Exact, stiffness, damping, scale: 1.0 }
+    }
+
     /// σ0(v).
     pub fn sigma0(&self, v: f64) -> f64 {
         self.stiffness.value(self.recipe.stiffness, STIFFNESS_VARIATION, &self.recipe, v)
@@ -415,33 +414,27 @@ impl ClosedForm {
     }
 
     /// The four coefficients.
-    pub fn coefficients(&self, v: f64, z: f64) -> Coefficients {
+    pub fn coefficients(&self, v: f64, z: f64) -> Affine<f64> {
         let (sigma0, sigma1, mu) = (self.sigma0(v), self.sigma1(v), self.mu(v));
         let g = self.resistance(v, z);
         match self.family {
+            // Those of FrBD at the velocity of the tip.
             Family::Implicit => {
-                let u = self.tip(v, z);
-                let drive = self.mu(u) / g;
-                Coefficients {
-                    relaxation: sigma0 * self.speed(u) / g,
-                    drive,
-                    stiffness: sigma0 * drive,
-                    damping: sigma1 * drive,
-                }
+                Self { family: Family::FrBd, ..*self }.coefficients(self.tip(v, z), z)
             }
-            Family::FrBd | Family::ElastoPlastic => Coefficients {
+            Family::FrBd | Family::ElastoPlastic => Affine {
                 relaxation: self.alpha(v, z) * sigma0 * self.speed(v) / g,
                 drive: mu / g,
                 stiffness: sigma0 * mu / g,
                 damping: sigma1 * mu / g,
             },
-            Family::LuGreClassical | Family::LuGreInside => Coefficients {
+            Family::LuGreClassical | Family::LuGreInside => Affine {
                 relaxation: sigma0 * self.speed(v) / g,
                 drive: 1.0,
                 stiffness: sigma0 * (1.0 - sigma1 * self.speed(v) / g),
                 damping: sigma1 + self.outside(),
             },
-            Family::Dahl => Coefficients {
+            Family::Dahl => Affine {
                 relaxation: sigma0 * self.speed(v) / g,
                 drive: 1.0,
                 stiffness: sigma0,
@@ -452,14 +445,14 @@ impl ClosedForm {
 
     /// Sums of the absolute values of the terms of the four coefficients: only LuGre's c₀ is a
     /// difference, and α where it is neither zero nor one.
-    pub fn terms(&self, v: f64, z: f64) -> Coefficients {
+    pub fn terms(&self, v: f64, z: f64) -> Affine<f64> {
         let coefficients = self.coefficients(v, z);
         match self.family {
             Family::Implicit => {
                 let at = self.at_tip(v, z);
                 let share = at.drive * at.drive * at.compliance_terms * at.error;
                 let (s0, s1) = (self.sigma0(v), self.sigma1(v));
-                Coefficients {
+                Affine {
                     relaxation: coefficients.relaxation + s0 * share,
                     drive: coefficients.drive + s1 * share,
                     stiffness: coefficients.stiffness + s0 * s1 * share,
@@ -468,14 +461,14 @@ impl ClosedForm {
             }
             Family::ElastoPlastic if self.in_transition(v, z) => {
                 let by_alpha = self.alpha_terms(v, z);
-                Coefficients {
+                Affine {
                     relaxation: coefficients.relaxation + by_alpha.relaxation,
                     drive: coefficients.drive + by_alpha.drive,
                     stiffness: coefficients.stiffness + by_alpha.stiffness,
                     damping: coefficients.damping + by_alpha.damping,
                 }
             }
-            Family::LuGreClassical | Family::LuGreInside => Coefficients {
+            Family::LuGreClassical | Family::LuGreInside => Affine {
                 stiffness: self.sigma0(v)
                     * (1.0 + self.sigma1(v) * self.speed(v) / self.resistance(v, z)),
                 ..coefficients
@@ -520,31 +513,21 @@ impl ClosedForm {
     /// Sums of the absolute values of the terms of the derivatives of the four coefficients with
     /// respect to v, by the quotient rule as dual numbers apply it, e.g. for λ = σ0|v|_ε/g:
     /// λ' = σ0'|v|_ε/g + σ0|v|_ε'/g − σ0|v|_ε g'/g² with g' = σ1'|v|_ε + σ1|v|_ε' + μ'.
-    pub fn slope_terms(&self, v: f64, z: f64) -> Coefficients {
-        self.slope_terms_with(v, z, 0.0)
-    }
-
-    /// The same with more uncertainty [s/m] of the curve's slope.
-    pub fn slope_terms_with(&self, v: f64, z: f64, rough: f64) -> Coefficients {
+    pub fn slope_terms(&self, v: f64, z: f64) -> Affine<f64> {
         let r = &self.recipe;
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(v), self.speed(v));
         let ds0 = self.stiffness.slope_terms(r.stiffness, STIFFNESS_VARIATION, r, v);
         let ds1 =
             self.damping_scale() * self.damping.slope_terms(r.damping, DAMPING_VARIATION, r, v);
-        let (dmu, dn) = (self.mu_slope_terms(v) + rough, self.modulus.slope_terms(r, v));
+        let (dmu, dn) = (self.mu_slope_terms(v), self.modulus.slope_terms(r, v));
         // An error of α is relative to one, not to itself.
         let transition = self.in_transition(v, z);
         let (g, alpha) = (self.resistance(v, z), if transition { 1.0 } else { self.alpha(v, z) });
         match self.family {
             Family::Implicit => {
                 let at = self.at_tip(v, z);
-                // The same uncertainty, as the caller has it at v, at the tip.
-                let (u, uncertain) = (self.tip(v, z), if rough > 0.0 { 1.0 } else { 0.0 });
-                let (n, mu) = (self.speed(u), self.mu(u));
-                let of_curve = uncertain * (1.0 + 10.0 * n / r.stribeck_velocity) / mu;
-                let compliance = at.compliance_terms + of_curve;
-                let share = at.drive * at.drive * compliance * s1 / at.slope * at.rough;
-                Coefficients {
+                let share = at.drive * at.drive * at.compliance_terms * s1 / at.slope * at.rough;
+                Affine {
                     // (s r)' = s' r − s σ1 r² s', of which s' r² is left.
                     relaxation: 2.0 * s0 * share / at.drive,
                     drive: s1 * share,
@@ -559,7 +542,7 @@ impl ClosedForm {
                 let drive = dmu / g + mu * dg / (g * g) + by_alpha.drive * alpha_slope;
                 let relaxation = alpha * (ds0 * n / g + s0 * dn / g + s0 * n * dg / (g * g))
                     + by_alpha.relaxation * alpha_slope;
-                Coefficients {
+                Affine {
                     relaxation,
                     drive,
                     stiffness: ds0 * mu / g + s0 * drive,
@@ -568,7 +551,7 @@ impl ClosedForm {
             }
             Family::LuGreClassical | Family::LuGreInside | Family::Dahl => {
                 let relaxation = s0 * (dn / g + n * dmu / (g * g));
-                Coefficients {
+                Affine {
                     relaxation,
                     drive: 0.0,
                     stiffness: ds1 * s0 * n / g + s1 * relaxation,
@@ -580,11 +563,11 @@ impl ClosedForm {
 
     /// Sums of the absolute values of the terms of the derivatives with respect to α, e.g.
     /// σ0|v|_ε/g − ασ0|v|_ε σ1|v|_ε/g² for λ.
-    pub fn alpha_terms(&self, v: f64, z: f64) -> Coefficients {
+    pub fn alpha_terms(&self, v: f64, z: f64) -> Affine<f64> {
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(v), self.speed(v));
         let g = self.resistance(v, z);
         let drive = mu * s1 * n / (g * g);
-        Coefficients {
+        Affine {
             relaxation: s0 * n / g * (1.0 + s1 * n / g),
             drive,
             stiffness: s0 * drive,

@@ -16,6 +16,9 @@ pub mod recipe;
 pub mod specimens;
 pub mod viscoelastic;
 
+use std::ops::Range;
+
+use bristle::Affine;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
@@ -41,6 +44,26 @@ pub fn assert_within(
         what(),
         (got - want).abs() / scale
     );
+}
+
+/// Asserts that four coefficients, or their slopes, are what they should be, each within so much
+/// of the terms it is a sum of.
+#[track_caller]
+pub fn assert_affine(
+    tolerance: f64,
+    terms: Affine<f64>,
+    got: Affine<f64>,
+    want: Affine<f64>,
+    what: impl Fn() -> String,
+) {
+    for (terms, got, want, name) in [
+        (terms.relaxation, got.relaxation, want.relaxation, "λ"),
+        (terms.drive, got.drive, want.drive, "r"),
+        (terms.stiffness, got.stiffness, want.stiffness, "c₀"),
+        (terms.damping, got.damping, want.damping, "c₂"),
+    ] {
+        assert_within(tolerance, terms, got, want, || format!("{name} of {}", what()));
+    }
 }
 
 /// Runs a check over random values. The seed is fixed, so that a failure comes back; other seeds
@@ -81,6 +104,27 @@ pub fn integral(from: f64, to: f64, panels: usize, f: impl Fn(f64) -> f64) -> f6
             NODES.iter().map(|(node, weight)| weight * f(middle + half * node)).sum::<f64>() * half
         })
         .sum()
+}
+
+/// The state at the end of a span, by the classical Runge–Kutta method.
+pub fn runge_kutta<const N: usize>(
+    span: Range<f64>,
+    steps: u32,
+    mut state: [f64; N],
+    rate: impl Fn(f64, [f64; N]) -> [f64; N],
+) -> [f64; N] {
+    let h = (span.end - span.start) / f64::from(steps);
+    for n in 0..steps {
+        let t = span.start + h * f64::from(n);
+        let along = |a: f64, k: [f64; N]| std::array::from_fn(|i| state[i] + a * k[i]);
+        let k1 = rate(t, state);
+        let k2 = rate(t + 0.5 * h, along(0.5 * h, k1));
+        let k3 = rate(t + 0.5 * h, along(0.5 * h, k2));
+        let k4 = rate(t + h, along(h, k3));
+        let mean = |i: usize| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0;
+        state = along(h, std::array::from_fn(mean));
+    }
+    state
 }
 
 /// The root of an increasing function by bisection to the last digit.

@@ -1,7 +1,7 @@
 //! Rheologies written outside the library: springs and dashpots that depend on the velocity.
 
 use std::fmt;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use bristle::rheology::{ElementBounds, Elements, Rheology};
 use bristle::{Bounds, Scalar, Sliding};
@@ -11,7 +11,7 @@ use nalgebra::SVector;
 #[derive(Clone)]
 pub struct VelocityLaw<T> {
     #[allow(clippy::type_complexity, reason = "a function behind a pointer")]
-    function: Rc<dyn Fn(Sliding<T>) -> (T, T)>,
+    function: Arc<dyn Fn(Sliding<T>) -> (T, T) + Send + Sync>,
     bounds: Bounds<T>,
     even: bool,
 }
@@ -23,17 +23,23 @@ impl<T> fmt::Debug for VelocityLaw<T> {
 }
 
 impl<T: Scalar> VelocityLaw<T> {
-    pub fn new(function: impl Fn(Sliding<T>) -> (T, T) + 'static, bounds: Bounds<T>) -> Self {
-        Self { function: Rc::new(function), bounds, even: false }
+    pub fn new(
+        function: impl Fn(Sliding<T>) -> (T, T) + Send + Sync + 'static,
+        bounds: Bounds<T>,
+    ) -> Self {
+        Self { function: Arc::new(function), bounds, even: false }
     }
 
     /// By the speed: the same in both directions.
-    pub fn of_speed(function: impl Fn(T) -> (T, T) + 'static, bounds: Bounds<T>) -> Self {
+    pub fn of_speed(
+        function: impl Fn(T) -> (T, T) + Send + Sync + 'static,
+        bounds: Bounds<T>,
+    ) -> Self {
         let signed = move |sliding: Sliding<T>| {
             let (value, slope) = function(sliding.speed());
             (value, slope * sliding.direction())
         };
-        Self { function: Rc::new(signed), bounds, even: true }
+        Self { function: Arc::new(signed), bounds, even: true }
     }
 
     /// c (1 + a u/√(1 + u²)) with u = v/v_d: larger forward than backward.

@@ -1,15 +1,14 @@
 //! Every implementor, built from one recipe in any scalar type, beside its closed form.
 
 use bristle::curve::{
-    Asymmetric, Coulomb, CoulombParameters, Cubic, FrictionCurve, FunctionCurve, Knot,
+    AnyCurve, Asymmetric, Coulomb, CoulombParameters, Cubic, FrictionCurve, FunctionCurve, Knot,
     RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
+use bristle::regularisation::{AnyRegularisation, HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
-    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, Form,
-    FrBd, HeldContact, HeldStep, ImplicitBristle, Law, Limits, LinearisedContact, LuGre, Scalar,
-    Sliding, Surface,
+    Affine, AnyBristle, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd,
+    ImplicitBristle, LuGre, Scalar, Surface,
 };
 
 use super::closed_form::{
@@ -19,93 +18,32 @@ use super::lit;
 use super::own_rheology::{VelocityLaw, own_element};
 use super::recipe::Recipe;
 
-/// A contact of any model with a single deflection, behind one pointer.
-pub trait Subject<T: Scalar> {
-    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T>;
-    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>);
-    fn response(&self, surface: Surface<T>, z: T) -> (T, T);
-    fn rate(&self, surface: Surface<T>, z: T) -> T;
-    fn force(&self, surface: Surface<T>, z: T) -> T;
-    fn linearised(&self, surface: Surface<T>, z: T) -> LinearisedContact<T>;
-    fn stationary(&self, surface: Surface<T>) -> T;
-    fn stationary_force(&self, surface: Surface<T>) -> T;
-    fn stored_energy(&self, z: T) -> T;
-    fn dissipated_power(&self, surface: Surface<T>, z: T) -> T;
-    fn limits(&self, fastest: T) -> ContactLimits<T>;
-    fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T>;
-    fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T>;
-    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T;
-    fn form(&self) -> Form;
-    fn obeys(&self, law: Law) -> bool;
-    fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T>;
-}
-
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
-    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T> {
-        self.model().affine(surface, z)
-    }
-    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>) {
-        self.model().affine_and_slopes(surface, z)
-    }
-    fn response(&self, surface: Surface<T>, z: T) -> (T, T) {
-        let response = Contact::response(self, surface, z);
-        (response.rate, response.force)
-    }
-    fn rate(&self, surface: Surface<T>, z: T) -> T {
-        Contact::rate(self, surface, z)
-    }
-    fn force(&self, surface: Surface<T>, z: T) -> T {
-        Contact::force(self, surface, z)
-    }
-    fn linearised(&self, surface: Surface<T>, z: T) -> LinearisedContact<T> {
-        Contact::linearised(self, surface, z)
-    }
-    fn stationary(&self, surface: Surface<T>) -> T {
-        Contact::stationary(self, surface)
-    }
-    fn stationary_force(&self, surface: Surface<T>) -> T {
-        Contact::stationary_force(self, surface)
-    }
-    fn stored_energy(&self, z: T) -> T {
-        Contact::stored_energy(self, z)
-    }
-    fn dissipated_power(&self, surface: Surface<T>, z: T) -> T {
-        Contact::dissipated_power(self, surface, z)
-    }
-    fn limits(&self, fastest: T) -> ContactLimits<T> {
-        Contact::limits(self, fastest)
-    }
-    fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T> {
-        Contact::hold(self, velocity, z, duration)
-    }
-    fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T> {
-        self.model().hold(surface, z, duration)
-    }
-    fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T> {
-        Contact::steady_linearised(self, surface)
-    }
-    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
-        self.model().holding_coefficient(surface, carried)
-    }
-    fn form(&self) -> Form {
-        self.model().form()
-    }
-    fn obeys(&self, law: Law) -> bool {
-        self.model().obeys(law)
-    }
-}
-
 /// A model under its normal force, and what it should be.
 pub struct Specimen<T: Scalar> {
-    pub subject: Box<dyn Subject<T>>,
+    pub subject: Contact<T, AnyBristle<T>>,
     pub form: ClosedForm,
 }
 
 impl<T: Scalar> Specimen<T> {
+    /// The model by itself.
+    pub fn model(&self) -> AnyBristle<T> {
+        self.subject.model().clone()
+    }
+
+    /// The same under s times its normal force, which scales its friction and leaves its stiffness.
+    pub fn under(self, scale: f64) -> Self {
+        let load = self.form.recipe.load;
+        let subject = self.model().under_load(lit(scale * load)).unwrap();
+        let subject = subject.measured_at(lit(load)).unwrap();
+        Self { subject, form: self.form.scaled(scale) }
+    }
+
     /// What stands in a failure message.
     pub fn name(&self) -> String {
-        let ClosedForm { family, curve, modulus, stiffness, damping, .. } = self.form;
-        format!("{family:?}<{curve:?}, σ0 {stiffness:?}, σ1 {damping:?}, {modulus:?}>")
+        let ClosedForm { family, curve, modulus, stiffness, damping, scale, .. } = self.form;
+        format!(
+            "{family:?}<{curve:?}, σ0 {stiffness:?}, σ1 {damping:?}, {modulus:?}>, s = {scale:e}"
+        )
     }
 
     /// Whether a step freezes what depends on the deflection (α), or follows it (the tip velocity).
@@ -124,47 +62,6 @@ impl<T: Scalar> Specimen<T> {
     }
 }
 
-/// A specimen as a model again, for what takes any model.
-#[derive(Clone, Copy)]
-pub struct AsModel<'a, T: Scalar>(pub &'a Specimen<T>);
-
-impl<T: Scalar> core::fmt::Debug for AsModel<'_, T> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(&self.0.name())
-    }
-}
-
-impl<T: Scalar> Bristle<T> for AsModel<'_, T> {
-    type Deflection = T;
-
-    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T> {
-        self.0.subject.affine(surface, z)
-    }
-    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>) {
-        self.0.subject.affine_and_slopes(surface, z)
-    }
-    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
-        self.0.subject.stationary(surface.into())
-    }
-    fn storage_stiffness(&self) -> T {
-        lit(self.0.form.storage())
-    }
-    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
-        self.0.subject.holding_coefficient(surface, carried)
-    }
-    fn form(&self) -> Form {
-        self.0.subject.form()
-    }
-    fn obeys(&self, law: Law) -> bool {
-        self.0.subject.obeys(law)
-    }
-    fn limits(&self, fastest: T) -> Limits<T> {
-        let ContactLimits { deflection, force, relaxation_rate } = self.0.subject.limits(fastest);
-        let coefficient = force.map(|force| force / lit(self.0.form.recipe.load));
-        Limits { deflection, coefficient, relaxation_rate }
-    }
-}
-
 /// Every model.
 pub fn specimens<T: Scalar>(recipe: &Recipe) -> Vec<Specimen<T>> {
     let mut list = Vec::new();
@@ -179,118 +76,74 @@ pub fn specimens<T: Scalar>(recipe: &Recipe) -> Vec<Specimen<T>> {
     with_curve(&mut list, recipe, Curve::Asymmetric, asymmetric(recipe));
     with_curve(&mut list, recipe, Curve::Function, function(recipe));
     // … and one per model that has no curve of its own.
-    let form = ClosedForm {
-        recipe: Recipe { viscous: 0.0, ..*recipe },
-        family: Family::Dahl,
-        curve: Curve::Coulomb,
-        modulus: Modulus::Exact,
-        stiffness: Element::Constant,
-        damping: Element::None,
-        scale: 1.0,
-    };
+    let dry = Recipe { viscous: 0.0, ..*recipe };
+    let elements = (Element::Constant, Element::None);
+    let form = ClosedForm::new(&dry, Family::Dahl, Curve::Coulomb, elements);
     push(&mut list, form, dahl(recipe));
     list
 }
 
-/// One model in each regularisation.
-macro_rules! in_each_regularisation {
-    ($list:expr, $form:expr, $model:expr) => {{
-        let (form, model) = ($form, $model);
-        let recipe = &form.recipe;
-        push($list, ClosedForm { modulus: Modulus::Exact, ..form }, model.clone());
-        push(
-            $list,
-            ClosedForm { modulus: Modulus::SquareRoot, ..form },
-            model.clone().regularised(square_root(recipe)),
-        );
-        push(
-            $list,
-            ClosedForm { modulus: Modulus::HyperbolicTangent, ..form },
-            model.regularised(hyperbolic_tangent(recipe)),
-        );
-    }};
-}
-
 /// Every model that has a curve. One line each.
-fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
+fn with_curve<T: Scalar, C: FrictionCurve<T> + Send + Sync + 'static>(
     list: &mut Vec<Specimen<T>>,
     r: &Recipe,
     curve: Curve,
     c: C,
 ) {
     use Element::{Constant, Even, None, Varying};
-    let form = |family, stiffness, damping| ClosedForm {
-        recipe: *r,
-        family,
-        curve,
-        modulus: Modulus::Exact,
-        stiffness,
-        damping,
-        scale: 1.0,
-    };
-    let frbd = |stiffness, damping| form(Family::FrBd, stiffness, damping);
+    let form = |family, elements| ClosedForm::new(r, family, curve, elements);
+    /// One model.
+    macro_rules! one {
+        ($family:ident, $elements:expr, $model:expr) => {
+            push(list, form(Family::$family, $elements), $model)
+        };
+    }
+    /// One model in each regularisation.
+    macro_rules! each {
+        ($family:ident, $elements:expr, $model:expr) => {
+            let (form, model) = (form(Family::$family, $elements), $model);
+            push(list, form, model.clone());
+            let smooth = model.clone().regularised(square_root(r));
+            push(list, ClosedForm { modulus: Modulus::SquareRoot, ..form }, smooth);
+            let smooth = model.regularised(hyperbolic_tangent(r));
+            push(list, ClosedForm { modulus: Modulus::HyperbolicTangent, ..form }, smooth);
+        };
+    }
     let (k, d): (T, T) = (lit(r.stiffness), lit(r.damping));
-    let (k_varying, d_varying) = (varying_stiffness(r), varying_damping(r));
+    let (own_k, own_d) = (varying_stiffness(r), varying_damping(r));
+    let both = (Constant, Constant);
+    let (c, damped, undamped) = (|| c.clone(), || kelvin_voigt(k, d), || spring(k));
 
-    in_each_regularisation!(list, frbd(Constant, None), FrBd::new(c.clone(), spring(k)));
-    in_each_regularisation!(
-        list,
-        frbd(Constant, Constant),
-        FrBd::new(c.clone(), kelvin_voigt(k, d))
-    );
-    in_each_regularisation!(
-        list,
-        frbd(Constant, Varying),
-        FrBd::new(c.clone(), own_element(k, d_varying))
-    );
-    push(list, frbd(Constant, Even), FrBd::new(c.clone(), own_element(k, even_damping(r))));
-    in_each_regularisation!(
-        list,
-        frbd(Varying, Constant),
-        FrBd::new(c.clone(), own_element(k_varying.clone(), d))
-    );
-    push(list, frbd(Varying, None), FrBd::new(c.clone(), own_element(k_varying, T::zero())));
-
-    in_each_regularisation!(
-        list,
-        form(Family::LuGreClassical, Constant, Constant),
-        LuGre::classical(c.clone(), kelvin_voigt(k, d))
-    );
-    push(
-        list,
-        form(Family::LuGreClassical, Constant, None),
-        LuGre::classical(c.clone(), kelvin_voigt(k, T::zero())),
-    );
-    in_each_regularisation!(
-        list,
-        form(Family::LuGreInside, Constant, Constant),
-        lugre_inside(c.clone(), kelvin_voigt(k, d))
-    );
-    let stick_limit = lit(form(Family::ElastoPlastic, Constant, Constant).stick_limit());
-    in_each_regularisation!(
-        list,
-        form(Family::ElastoPlastic, Constant, Constant),
-        elasto_plastic(c.clone(), kelvin_voigt(k, d), stick_limit)
-    );
+    each!(FrBd, (Constant, None), FrBd::new(c(), undamped()));
+    each!(FrBd, both, FrBd::new(c(), damped()));
+    each!(FrBd, (Constant, Varying), FrBd::new(c(), own_element(k, own_d)));
+    one!(FrBd, (Constant, Even), FrBd::new(c(), own_element(k, even_damping(r))));
+    each!(FrBd, (Varying, Constant), FrBd::new(c(), own_element(own_k.clone(), d)));
+    one!(FrBd, (Varying, None), FrBd::new(c(), own_element(own_k, T::zero())));
+    each!(LuGreClassical, both, LuGre::classical(c(), damped()));
+    one!(LuGreClassical, (Constant, None), LuGre::classical(c(), undamped()));
+    each!(LuGreInside, both, lugre_inside(c(), damped()));
+    let stick_limit = lit(form(Family::ElastoPlastic, both).stick_limit());
+    each!(ElastoPlastic, both, elasto_plastic(c(), damped(), stick_limit));
 
     // Damped enough to have a single solution, where that can be: just so, and amply.
     let fall = curve.steepest_fall(r);
     if fall.is_finite() {
         for ample in [1.001, 1.5] {
             let r = Recipe { damping: ample * fall + r.damping + 1e-2, ..*r };
-            let form = ClosedForm { recipe: r, ..form(Family::Implicit, Constant, Constant) };
-            push(list, form, implicit(c.clone(), kelvin_voigt(k, lit(r.damping))));
+            let form = ClosedForm::new(&r, Family::Implicit, curve, both);
+            push(list, form, implicit(c(), kelvin_voigt(k, lit(r.damping))));
         }
     }
 }
 
-fn push<T: Scalar, M: Bristle<T, Deflection = T> + 'static>(
+fn push<T: Scalar, M: Bristle<T, Deflection = T> + Send + Sync + 'static>(
     list: &mut Vec<Specimen<T>>,
     form: ClosedForm,
     model: M,
 ) {
-    let contact = model.under_load(lit(form.recipe.load)).unwrap();
-    list.push(Specimen { subject: Box::new(contact), form });
+    let subject = AnyBristle::own(model).under_load(lit(form.recipe.load)).unwrap();
+    list.push(Specimen { subject, form });
 }
 
 pub fn coulomb<T: Scalar>(r: &Recipe) -> Coulomb<T> {
@@ -469,92 +322,26 @@ pub fn hyperbolic_tangent<T: Scalar>(r: &Recipe) -> HyperbolicTangent<T> {
     HyperbolicTangent::new(lit(r.threshold)).unwrap()
 }
 
-/// A friction curve behind one pointer.
-pub trait CurveSubject<T: Scalar> {
-    fn at(&self, velocity: T) -> T;
-    fn coefficient(&self, sliding: Sliding<T>) -> T;
-    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
-    fn bounds(&self, fastest: T) -> Bounds<T>;
-    fn viscous_friction(&self) -> T;
-    fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>>;
-    fn is_even(&self) -> bool;
-    fn least_slope(&self) -> Option<T>;
-}
-
-impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
-    fn at(&self, velocity: T) -> T {
-        FrictionCurve::at(self, velocity)
-    }
-    fn coefficient(&self, sliding: Sliding<T>) -> T {
-        FrictionCurve::coefficient(self, sliding)
-    }
-    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        FrictionCurve::coefficient_and_slope(self, sliding)
-    }
-    fn bounds(&self, fastest: T) -> Bounds<T> {
-        FrictionCurve::bounds(self, fastest)
-    }
-    fn viscous_friction(&self) -> T {
-        FrictionCurve::viscous_friction(self)
-    }
-    fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>> {
-        Box::new(FrictionCurve::without_viscous_friction(self))
-    }
-    fn is_even(&self) -> bool {
-        FrictionCurve::is_even(self)
-    }
-    fn least_slope(&self) -> Option<T> {
-        FrictionCurve::least_slope(self)
-    }
-}
-
 /// Every curve.
-pub fn curves<T: Scalar>(r: &Recipe) -> Vec<(Curve, Box<dyn CurveSubject<T>>)> {
+pub fn curves<T: Scalar>(r: &Recipe) -> Vec<(Curve, AnyCurve<T>)> {
     vec![
-        (Curve::Coulomb, Box::new(coulomb(r))),
-        (Curve::Stribeck(1.0), Box::new(stribeck(r, 1.0))),
-        (Curve::Stribeck(2.0), Box::new(stribeck(r, 2.0))),
-        (Curve::Stribeck(0.7), Box::new(stribeck(r, 0.7))),
-        (Curve::Stribeck(3.3), Box::new(stribeck(r, 3.3))),
-        (Curve::Rational, Box::new(rational(r))),
-        (Curve::Tabulated, Box::new(tabulated(r))),
-        (Curve::Asymmetric, Box::new(asymmetric(r))),
-        (Curve::Function, Box::new(function(r))),
+        (Curve::Coulomb, AnyCurve::own(coulomb(r))),
+        (Curve::Stribeck(1.0), AnyCurve::own(stribeck(r, 1.0))),
+        (Curve::Stribeck(2.0), AnyCurve::own(stribeck(r, 2.0))),
+        (Curve::Stribeck(0.7), AnyCurve::own(stribeck(r, 0.7))),
+        (Curve::Stribeck(3.3), AnyCurve::own(stribeck(r, 3.3))),
+        (Curve::Rational, AnyCurve::own(rational(r))),
+        (Curve::Tabulated, AnyCurve::own(tabulated(r))),
+        (Curve::Asymmetric, AnyCurve::own(asymmetric(r))),
+        (Curve::Function, AnyCurve::own(function(r))),
     ]
 }
 
-/// A regularisation behind one pointer.
-pub trait ModulusSubject<T: Scalar> {
-    fn speed(&self, sliding: Sliding<T>) -> T;
-    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T);
-    fn sign(&self, sliding: Sliding<T>) -> T;
-    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T);
-    fn speed_at_rest(&self) -> T;
-}
-
-impl<T: Scalar, E: Regularisation<T>> ModulusSubject<T> for E {
-    fn speed(&self, sliding: Sliding<T>) -> T {
-        Regularisation::speed(self, sliding)
-    }
-    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        Regularisation::speed_and_slope(self, sliding)
-    }
-    fn sign(&self, sliding: Sliding<T>) -> T {
-        Regularisation::sign(self, sliding)
-    }
-    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        Regularisation::sign_and_slope(self, sliding)
-    }
-    fn speed_at_rest(&self) -> T {
-        Regularisation::speed_at_rest(self)
-    }
-}
-
 /// Every regularisation.
-pub fn regularisations<T: Scalar>(r: &Recipe) -> Vec<(Modulus, Box<dyn ModulusSubject<T>>)> {
+pub fn regularisations<T: Scalar>(r: &Recipe) -> Vec<(Modulus, AnyRegularisation<T>)> {
     vec![
-        (Modulus::Exact, Box::new(Unregularised)),
-        (Modulus::SquareRoot, Box::new(square_root(r))),
-        (Modulus::HyperbolicTangent, Box::new(hyperbolic_tangent(r))),
+        (Modulus::Exact, Unregularised.into()),
+        (Modulus::SquareRoot, square_root(r).into()),
+        (Modulus::HyperbolicTangent, hyperbolic_tangent(r).into()),
     ]
 }

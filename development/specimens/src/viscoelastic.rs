@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 use super::closed_form::Curve;
 use super::own_rheology::{OwnArms, VelocityLaw};
-use super::recipe::{Recipe, decades, recipe, velocity};
+use super::recipe::{Recipe, decades, recipe, scale, velocity};
 use super::specimens::{square_root, stribeck};
 use super::{check, lit};
 
@@ -53,6 +53,8 @@ pub struct Form {
     pub name: &'static str,
     pub regularised: bool,
     pub recipe: Recipe,
+    /// Friction scale s.
+    pub scale: f64,
 }
 
 impl Form {
@@ -71,7 +73,7 @@ impl Form {
         if self.regularised { v.hypot(self.recipe.epsilon.sqrt()) } else { v.abs() }
     }
     pub fn mu(&self, v: f64) -> f64 {
-        Curve::Stribeck(2.0).mu(&self.recipe, v)
+        self.scale * Curve::Stribeck(2.0).mu(&self.recipe, v)
     }
     pub fn creeps(&self) -> bool {
         self.arms.iter().all(|arm| arm.1.is_some())
@@ -175,8 +177,8 @@ pub struct Specimen<T: Scalar> {
 
 impl<T: Scalar> Specimen<T> {
     pub fn name(&self) -> String {
-        let law = (self.form.series, self.form.beside_law, self.form.regularised);
-        format!("{} {law:?}", self.form.name)
+        let Form { name, series, beside_law, regularised, scale, .. } = &self.form;
+        format!("{name} {series:?} {beside_law:?} {regularised} {scale}")
     }
 }
 
@@ -209,8 +211,13 @@ pub fn own_arms<T: Scalar, const N: usize>(
     OwnArms { arms: arms.map(|(k, law)| (lit(k), law)), damping: damping.into() }
 }
 
-/// Every bristle. One line each.
+/// Every bristle.
 pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>> {
+    specimens_under(r, p, 1.0)
+}
+
+/// Every bristle under s times its reference load. One line each.
+pub fn specimens_under<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts, s: f64) -> Vec<Specimen<T>> {
     use Change::{Constant, Varying};
     let (k, e, d) = (p.stiffness, p.series, p.beside);
     let eta = |i: usize| lit::<T>(e[i]);
@@ -225,6 +232,7 @@ pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>
         name,
         regularised: false,
         recipe: *r,
+        scale: s,
     };
     push(l, form("Maxwell", &[arm(0)], Constant, 0.0, Constant), maxwell(k[0], eta(0)));
     let law = |i: usize| Some(varying(r, e[i]));
@@ -282,13 +290,15 @@ pub fn push<T: Scalar, R: Rheology<T> + 'static>(
 ) where
     R::Deflection: Slice<T>,
 {
-    let load = lit(form.recipe.load);
+    fn under<T: Scalar, M: Bristle<T>>(model: M, form: &Form) -> Box<Contact<T, M>> {
+        let contact = model.under_load(lit(form.scale * form.recipe.load)).unwrap();
+        Box::new(contact.measured_at(lit(form.recipe.load)).unwrap())
+    }
     let model = FrBd::new(stribeck(&form.recipe, 2.0), bristle);
-    let regularised = model.clone().regularised(square_root(&form.recipe));
-    let subject = Box::new(model.under_load(load).unwrap());
-    list.push(Specimen { subject, form: form.clone() });
-    let subject = Box::new(regularised.under_load(load).unwrap());
-    list.push(Specimen { subject, form: Form { regularised: true, ..form } });
+    let regularised = Form { regularised: true, ..form.clone() };
+    let smooth = model.clone().regularised(square_root(&form.recipe));
+    list.push(Specimen { subject: under(model, &form), form });
+    list.push(Specimen { subject: under(smooth, &regularised), form: regularised });
 }
 
 /// A recipe, springs and dashpots, a velocity, and a state: Kᵢxᵢ/μ_s of each spring.
@@ -297,8 +307,8 @@ pub fn case() -> impl Strategy<Value = (Recipe, Parts, f64, [f64; 5])> {
 }
 
 pub fn every(cases: u32, test: impl Fn(&Specimen<f64>, f64, &[f64])) {
-    check(cases, case(), |(r, p, v, forces)| {
-        for specimen in specimens::<f64>(&r, &p) {
+    check(cases, (case(), scale()), |((r, p, v, forces), scale)| {
+        for specimen in specimens_under::<f64>(&r, &p, scale) {
             let x = stretches(&specimen.form, &forces);
             test(&specimen, v, &x);
         }
