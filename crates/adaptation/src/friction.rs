@@ -237,8 +237,8 @@ impl<T: Scalar, M: Bristle<T>> AdaptiveFriction<T, M> {
             *filter += (balance - *filter) * self.share;
             balance = *filter;
         }
-        let regressor = balance.fixed_rows::<4>(1).into_owned();
-        let moved = self.least_squares.update(&regressor, balance[0]);
+        let [[force, regressor @ ..]] = balance.data.0;
+        let moved = self.least_squares.update(&regressor.into(), force);
         Some(if moved { SampleUse::Adapted } else { SampleUse::Frozen })
     }
 }

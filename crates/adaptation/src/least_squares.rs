@@ -100,13 +100,14 @@ impl<T: Scalar, const N: usize> RecursiveLeastSquares<T, N> {
     /// is not positive and a memory of less than 2 N samples.
     pub fn new(parameters: RecursiveLeastSquaresParameters<T, N>) -> Result<Self, ParameterError> {
         let RecursiveLeastSquaresParameters { start, least, most, noise, memory } = parameters;
-        for i in 0..N {
-            let checked = Named("least", least[i])
+        let bounds = least.iter().zip(most.iter()).zip(start.iter());
+        for (i, ((&least, &most), &start)) in bounds.enumerate() {
+            let checked = Named("least", least)
                 .finite()
-                .and_then(|least| Named("most", most[i]).at_least("least", least))
-                .and_then(|_| Named("most", most[i]).finite())
-                .and_then(|most| Named("start", start[i]).at_most("most", most))
-                .and_then(|_| Named("start", start[i]).at_least("least", least[i]));
+                .and_then(|least| Named("most", most).at_least("least", least))
+                .and_then(|_| Named("most", most).finite())
+                .and_then(|most| Named("start", start).at_most("most", most))
+                .and_then(|_| Named("start", start).at_least("least", least));
             ParameterError::of_component(i, checked)?;
         }
         let noise = Named("noise", noise).positive()?;
@@ -152,7 +153,8 @@ impl<T: Scalar, const N: usize> RecursiveLeastSquares<T, N> {
         next.turn = if self.turn + 1 < N { self.turn + 1 } else { 0 };
         for (i, &variance) in self.widest.iter().enumerate() {
             if i == self.turn && variance > T::zero() {
-                let unit = SVector::from_fn(|j, _| if j == i { T::one() } else { T::zero() });
+                let unit =
+                    SVector::<T, N>::from_fn(|j, _| if j == i { T::one() } else { T::zero() });
                 next.learn(&unit, T::zero(), variance / self.returned);
             }
         }
@@ -168,17 +170,21 @@ impl<T: Scalar, const N: usize> RecursiveLeastSquares<T, N> {
     /// A measurement of a variance, whose prediction is off by an `error`.
     fn learn(&mut self, regressor: &SVector<T, N>, error: T, mut variance: T) {
         let mut gain = SVector::<T, N>::zeros();
-        for j in 0..N {
-            let f = (0..j).fold(regressor[j], |f, i| f + self.factor[(i, j)] * regressor[i]);
-            let (before, g) = (variance, self.diagonal[j] * f);
+        let columns = self.factor.column_iter_mut().zip(self.diagonal.iter_mut());
+        for (j, ((mut column, diagonal), &own)) in columns.zip(regressor.iter()).enumerate() {
+            let above = column.iter().zip(regressor.iter()).take(j);
+            let f = above.fold(own, |f, (&entry, &factor)| f + entry * factor);
+            let (before, g) = (variance, *diagonal * f);
             variance += f * g;
-            self.diagonal[j] *= before / variance;
-            for i in 0..j {
-                let entry = self.factor[(i, j)];
-                self.factor[(i, j)] = entry - gain[i] * (f / before);
-                gain[i] += entry * g;
+            *diagonal *= before / variance;
+            for (entry, gain) in column.iter_mut().zip(gain.iter_mut()).take(j) {
+                let old = *entry;
+                *entry = old - *gain * (f / before);
+                *gain += old * g;
             }
-            gain[j] = g;
+            if let Some(gain) = gain.get_mut(j) {
+                *gain = g;
+            }
         }
         self.estimate += gain * (error / variance);
     }
@@ -186,19 +192,19 @@ impl<T: Scalar, const N: usize> RecursiveLeastSquares<T, N> {
     /// Sets what has left its bounds to the bound; the others follow: θⱼ += Pⱼᵢ/Pᵢᵢ Δθᵢ.
     fn keep_within_bounds(&mut self) {
         for i in 0..N {
-            let off = self.within(i) - self.estimate[i];
+            let unit = SVector::<T, N>::from_fn(|j, _| if j == i { T::one() } else { T::zero() });
+            let off = unit.dot(&(self.within() - self.estimate));
             if off.abs() > T::zero() {
-                let column = self.covariance().column(i).into_owned();
-                self.estimate += column * (off / column[i]);
+                let column = self.covariance() * unit;
+                self.estimate += column * (off / unit.dot(&column));
             }
         }
         // To what is within already the others may have returned, and rounding may be off by one.
-        for i in 0..N {
-            self.estimate[i] = self.within(i);
-        }
+        self.estimate = self.within();
     }
 
-    fn within(&self, i: usize) -> T {
-        self.estimate[i].larger(self.least[i]).smaller(self.most[i])
+    fn within(&self) -> SVector<T, N> {
+        let above = self.estimate.zip_map(&self.least, |x, least| x.larger(least));
+        above.zip_map(&self.most, |x, most| x.smaller(most))
     }
 }
