@@ -4,7 +4,7 @@ use crate::mechanism::LinearMechanism;
 use crate::rows::Rows;
 use crate::step::{Motion, check_count, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::ParameterError;
 use bristle::rheology::Deflection;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Form, LoadChange, Scalar, Surface};
@@ -75,7 +75,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
     }
 
     /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated
-    /// to its middle; the load has been checked.
+    /// to its middle.
     #[inline(always)]
     fn freeze<M: Bristle<T, Deflection = D>>(
         &mut self,
@@ -95,6 +95,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         }
         let rescaled = load != contact.normal_force();
         let scale = if rescaled { load / contact.normal_force() } else { T::one() };
+        let scale = if scale >= T::zero() && scale.is_finite() { scale } else { T::nan() };
         let surface = Surface::scaled(predicted, scale);
         let step = if contact.model().form() == Form::OfVelocity {
             companion.step(surface, deflection, duration)
@@ -133,7 +134,7 @@ where
     S: AsRef<[T]> + AsMut<[T]>,
 {
     /// A step of length h ≥ 0 \[s\], with a state for each contact and a companion for each, or one
-    /// for all. NaN for h < 0.
+    /// for all.
     ///
     /// Each sliding velocity is extrapolated from the last two, as by a [`VelocityHistory`]: take
     /// steps of equal length, or call [`ContactState::forget_velocity`] where it changes. Another
@@ -141,10 +142,13 @@ where
     ///
     /// A load is taken as by [`Companion::reload`]. Build companions under a load that is positive.
     ///
+    /// A step takes numbers and gives numbers: what is NaN makes NaN of what depends on it, and so
+    /// does h < 0, a load that is negative or infinite, and a positive load on a contact that was
+    /// built without one.
+    ///
     /// # Errors
     ///
-    /// Refuses slices of lengths that do not fit, a load that is negative or not finite, and a
-    /// positive one on a contact that was built without; nothing has moved.
+    /// Refuses slices of lengths that do not fit; nothing has moved.
     pub fn step<M: Bristle<T>>(
         &mut self,
         duration: T,
@@ -164,15 +168,6 @@ where
         }
         if !inputs.load.is_empty() {
             check_length("loads", inputs.load, count)?;
-        }
-        for (index, (&load, companion)) in
-            inputs.load.iter().zip(companions.iter().cycle()).enumerate()
-        {
-            let load = Named("load", load);
-            ParameterError::of_component(index, load.non_negative())?;
-            let held = is_zero(load.1) || companion.contact().normal_force() > T::zero();
-            let stated = load.stated(held, "be zero: build its contact under a positive load");
-            ParameterError::of_component(index, stated)?;
         }
         let (structure, duration) = (self.structure, forwards(duration));
         let (rows, mut parts) = self.prepared(duration);

@@ -109,7 +109,12 @@ impl<T: Scalar> Matrices<'_, T> {
     fn coordinates(&self) -> Result<usize, ParameterError> {
         let entries = self.mass.len();
         let coordinates = match self.structure {
-            Structure::Dense => entries.isqrt(),
+            Structure::Dense => {
+                let root = entries.isqrt();
+                Named("number of entries of mass", lit::<T>(entries as f64))
+                    .stated(root * root == entries, "be n²: a dense matrix must be square")?;
+                root
+            }
             structure => entries / structure.width(0),
         };
         Named("coordinates", coordinates).count(1)?;
@@ -180,7 +185,7 @@ pub struct LinearMechanism<T, R, S> {
     /// The length of the step for which A is factored; NaN for none.
     pub(crate) duration: T,
     pub(crate) rows: R,
-    storage: S,
+    pub(crate) storage: S,
 }
 
 impl<T, R, S> LinearMechanism<T, R, S>

@@ -57,7 +57,7 @@ where
 {
     /// A step of length h ≥ 0 \[s\] under applied forces \[N\], averaged over it, and friction of
     /// your own, whose companions you ask before and commit afterwards.
-    /// [`LinearMechanism::step`] does both for contacts of one axis. NaN for h < 0.
+    /// [`LinearMechanism::step`] does both for contacts of one axis. NaN for NaN, and for h < 0.
     ///
     /// # Errors
     ///
@@ -91,8 +91,10 @@ where
     }
 
     /// The velocities v̄ [m/s] averaged over the last step.
-    pub fn mean_velocities(&mut self) -> &[T] {
-        self.split().1.mean_velocity
+    pub fn mean_velocities(&self) -> &[T] {
+        let (n, m) = (self.coordinates, self.rows.contacts());
+        let end = self.structure.storage(n, m) - 3 * m; // behind them: bias, dampers, sliding
+        self.storage.as_ref().get(end - n..end).unwrap_or(&[])
     }
 
     pub(crate) fn check_motion(
