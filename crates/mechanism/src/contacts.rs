@@ -1,8 +1,8 @@
 //! Contacts of one axis in a step of the mechanism: predictor, load, companion and ledger.
 
-use crate::mechanism::LinearMechanism;
+use crate::mechanism::{LinearMechanism, Structure};
 use crate::rows::Rows;
-use crate::step::{Motion, check_count, check_length, forwards};
+use crate::step::{Motion, Parts, check_count, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
 use bristle::parameter::ParameterError;
 use bristle::rheology::Deflection;
@@ -159,10 +159,7 @@ where
     ) -> Result<(), ParameterError> {
         let count = self.rows.contacts();
         self.check_motion(inputs.force, &motion)?;
-        if companions.len() != 1 {
-            check_count::<T>("companions", companions.len(), count)?;
-        }
-        check_count::<T>("contact states", contacts.len(), count)?;
+        self.check_contacts(companions, contacts)?;
         if !inputs.prescribed.is_empty() {
             check_length("prescribed velocities", inputs.prescribed, count)?;
         }
@@ -171,19 +168,52 @@ where
         }
         let (structure, duration) = (self.structure, forwards(duration));
         let (rows, mut parts) = self.prepared(duration);
-        let room = parts.bias.iter_mut().zip(&mut *parts.dampers).zip(&mut *parts.sliding);
+        parts.acceleration.copy_from_slice(inputs.force);
+        let besides = [inputs.prescribed, inputs.load];
+        parts.step(structure, duration, besides, motion, rows, companions, contacts);
+        Ok(())
+    }
+
+    /// Refuses other counts of companions and states.
+    pub(crate) fn check_contacts<M: Bristle<T>>(
+        &self,
+        companions: &[Companion<T, M>],
+        contacts: &[ContactState<T, M::Deflection>],
+    ) -> Result<(), ParameterError> {
+        let count = self.rows.contacts();
+        if companions.len() != 1 {
+            check_count::<T>("companions", companions.len(), count)?;
+        }
+        check_count::<T>("contact states", contacts.len(), count)
+    }
+}
+
+impl<T: Scalar> Parts<'_, T> {
+    /// The step under forces in the place of the accelerations, with belts and loads.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "what a step takes")]
+    pub(crate) fn step<M: Bristle<T>>(
+        &mut self,
+        structure: Structure,
+        duration: T,
+        [prescribed, load]: [&[T]; 2],
+        motion: Motion<'_, T>,
+        rows: &impl Rows<T>,
+        companions: &[Companion<T, M>],
+        contacts: &mut [ContactState<T, M::Deflection>],
+    ) {
+        let room = self.bias.iter_mut().zip(&mut *self.dampers).zip(&mut *self.sliding);
         let states = contacts.iter_mut().zip(companions.iter().cycle());
         for (k, (((bias, damper), sliding), (state, companion))) in room.zip(states).enumerate() {
             let without = crate::rows::along(rows.row(k), motion.velocity);
-            *sliding = inputs.prescribed.get(k).map_or(without, |&belt| without + belt);
-            let load = inputs.load.get(k).copied().unwrap_or(state.load);
+            *sliding = prescribed.get(k).map_or(without, |&belt| without + belt);
+            let load = load.get(k).copied().unwrap_or(state.load);
             let step = [without, *sliding, load, duration];
             (*bias, *damper) = state.freeze(companion, step);
         }
-        parts.solve(structure, duration, inputs.force, motion, rows);
-        for (state, &mean) in contacts.iter_mut().zip(&*parts.sliding) {
+        self.solve(structure, duration, motion, rows);
+        for (state, &mean) in contacts.iter_mut().zip(&*self.sliding) {
             state.commit(mean);
         }
-        Ok(())
     }
 }

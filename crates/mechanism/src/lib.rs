@@ -53,6 +53,7 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+mod arm;
 mod band;
 mod chain;
 mod contacts;
@@ -60,6 +61,7 @@ mod mechanism;
 mod rows;
 mod step;
 
+pub use arm::{Arm, ArmMiddle, ArmMotion, ArmParameters, Link, on_joint};
 pub use chain::{Block, Chain, Coupling, on_ground, to_next};
 pub use contacts::{ContactState, Inputs};
 pub use mechanism::{LinearMechanism, Matrices, Structure};

@@ -279,13 +279,7 @@ where
         let matrix = n * self.structure.width(n);
         let reduced = if self.structure.is_reduced() { m } else { 0 };
         let mut rest = self.storage.as_mut();
-        let mut next = |count: usize| match take(&mut rest).split_at_mut_checked(count) {
-            Some((part, after)) => {
-                rest = after;
-                part
-            }
-            None => &mut [],
-        };
+        let mut next = |count| part(&mut rest, count);
         let parts = Parts {
             mass: next(matrix),
             damping: next(matrix),
@@ -299,6 +293,7 @@ where
             bias: next(m),
             dampers: next(m),
             sliding: next(m),
+            room: rest,
         };
         (&self.rows, parts)
     }
@@ -331,6 +326,17 @@ where
             Some(matrix) if x.len() == self.coordinates => band::quadratic(width, matrix, x),
             _ => T::nan(),
         }
+    }
+}
+
+/// The first numbers of a storage, which it then has no more; none if it has not so many.
+pub(crate) fn part<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    match take(rest).split_at_mut_checked(count) {
+        Some((part, after)) => {
+            *rest = after;
+            part
+        }
+        None => &mut [],
     }
 }
 

@@ -47,6 +47,8 @@ pub(crate) struct Parts<'a, T> {
     pub(crate) bias: &'a mut [T],
     pub(crate) dampers: &'a mut [T],
     pub(crate) sliding: &'a mut [T],
+    /// What the storage has beyond.
+    pub(crate) room: &'a mut [T],
 }
 
 impl<T, R, S> LinearMechanism<T, R, S>
@@ -79,7 +81,8 @@ where
         parts.bias.copy_from_slice(sources.bias);
         parts.dampers.copy_from_slice(sources.damping);
         parts.sliding.copy_from_slice(sources.sliding);
-        parts.solve(structure, duration, force, motion, rows);
+        parts.acceleration.copy_from_slice(force);
+        parts.solve(structure, duration, motion, rows);
         sources.sliding.copy_from_slice(parts.sliding);
         Ok(())
     }
@@ -122,24 +125,23 @@ where
 }
 
 impl<T: Scalar> Parts<'_, T> {
-    /// The step, from biases, dampers and sliding velocities in the storage.
+    /// The step, from biases, dampers and sliding velocities in the storage, and forces in the
+    /// place of the accelerations.
     #[inline(always)]
     pub(crate) fn solve(
         &mut self,
         structure: Structure,
         duration: T,
-        force: &[T],
         motion: Motion<'_, T>,
         rows: &impl Rows<T>,
     ) {
         let Motion { position, velocity } = motion;
-        let (width, half) = (structure.width(force.len()), lit::<T>(0.5) * duration);
+        let (width, half) = (structure.width(position.len()), lit::<T>(0.5) * duration);
         // First x₀ + (h/2) v₀; the mean velocity at the end.
         let middle = &mut *self.mean_velocity;
         for (middle, (&x, &v)) in middle.iter_mut().zip(position.iter().zip(velocity.iter())) {
             *middle = x + half * v;
         }
-        self.acceleration.copy_from_slice(force);
         let matrices = [&*self.stiffness, &*self.damping];
         band::subtract_products(width, matrices, [middle, velocity], self.acceleration);
         if structure.is_reduced() {

@@ -20,7 +20,7 @@ fn dense(
 }
 
 #[track_caller]
-fn refused<V>(result: Result<V, ParameterError>, text: &str) {
+pub(crate) fn refused<V>(result: Result<V, ParameterError>, text: &str) {
     let message = result.map(drop).unwrap_err().to_string();
     assert!(message.starts_with(text), "{message}");
 }
