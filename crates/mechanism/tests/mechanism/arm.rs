@@ -3,7 +3,7 @@
 use bristle::companion::Companion;
 use bristle::nalgebra::{Matrix2, SVector, Vector2};
 use bristle::ode::{self, Output, System};
-use bristle::{Branch, Bristle, Contact};
+use bristle::{Branch, Contact};
 use bristle_mechanism::{Arm, ArmMotion, ArmParameters, ContactState, Link, on_joint};
 use bristle_specimens::draw::Draw;
 
