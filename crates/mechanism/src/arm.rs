@@ -29,9 +29,10 @@ use crate::band::place;
 use crate::contacts::ContactState;
 use crate::mechanism::{Entries, LinearMechanism, Structure, Which, part};
 use crate::rows::Rows;
-use crate::step::{Motion, check_length, forwards};
+use crate::step::{Motion, Parts, check_length, forwards};
 use bristle::companion::Companion;
 use bristle::parameter::{Named, ParameterError};
+use bristle::rheology::Deflection;
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
 
@@ -126,16 +127,75 @@ pub struct ArmMiddle<'a, T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arm<T, R, S> {
-    mechanism: LinearMechanism<T, R, S>,
-    gravity: T,
+    pub(crate) mechanism: LinearMechanism<T, R, S>,
+    pub(crate) gravity: T,
 }
-
-/// The room of a step, for each link: q, q̇, torques of gravity and motors, cos θ, sin θ, θ̇.
-const ROOM: usize = 7;
 
 /// What the arm keeps of each link: its length l, b, its moment of inertia in absolute angles, and
 /// that of its rotor.
-const KEPT: usize = 4;
+pub(crate) const KEPT: usize = 4;
+
+/// Numbers of a [`Room`] for each link, beside those it keeps.
+const ROOM: usize = 10;
+
+/// The room of a step, for each link.
+pub(crate) struct Room<'a, T> {
+    pub(crate) kept: &'a mut [T],
+    pub(crate) position: &'a mut [T],
+    pub(crate) velocity: &'a mut [T],
+    pub(crate) gravity: &'a mut [T],
+    pub(crate) torque: &'a mut [T],
+    /// cos θ, sin θ, θ̇
+    pub(crate) turned: [&'a mut [T]; 3],
+    /// Derivatives, and of each contact the load.
+    pub(crate) adjoint: [&'a mut [T]; 3],
+    pub(crate) load: &'a mut [T],
+}
+
+impl<'a, T: Scalar> Room<'a, T> {
+    pub(crate) fn new(mut rest: &'a mut [T], n: usize, contacts: usize) -> Self {
+        let kept = part(&mut rest, KEPT * n);
+        let mut next = || part(&mut rest, n);
+        let [position, velocity, gravity, torque] = [(); 4].map(|()| next());
+        let (turned, adjoint) = ([(); 3].map(|()| next()), [(); 3].map(|()| next()));
+        let load = part(&mut rest, contacts);
+        Self { kept, position, velocity, gravity, torque, turned, adjoint, load }
+    }
+
+    /// The middle of a step, with the torques of gravity there.
+    pub(crate) fn predict(&mut self, motion: &ArmMotion<'_, T>, half: T, gravity: T) {
+        for (i, acceleration) in motion.acceleration.iter().enumerate() {
+            self.velocity[i] = motion.velocity[i] + half * *acceleration;
+            self.position[i] = motion.position[i] + half * self.velocity[i];
+        }
+        let [cosine, sine, rate] = &mut self.turned;
+        turn([self.position, self.velocity], [cosine, sine, rate]);
+        for (i, link) in self.kept.chunks_exact(KEPT).enumerate().rev() {
+            let beyond = self.gravity.get(i + 1).map_or_else(T::zero, |&beyond| beyond);
+            self.gravity[i] = beyond - gravity * link[1] * sine[i];
+        }
+    }
+
+    /// What a drive is given, with the loads of the step before and without torques.
+    pub(crate) fn middle<D: Deflection<T>>(
+        &mut self,
+        contacts: &[ContactState<T, D>],
+    ) -> ArmMiddle<'_, T> {
+        self.torque.fill(T::zero());
+        self.load.iter_mut().zip(contacts).for_each(|(load, state)| *load = state.load());
+        let Self { position, velocity, gravity, torque, load, .. } = self;
+        ArmMiddle { position, velocity, gravity, torque, load }
+    }
+
+    /// M(q), and the forces in the place of the accelerations.
+    pub(crate) fn assemble(&mut self, parts: &mut Parts<'_, T>) {
+        let [cosine, sine, rate] = &self.turned;
+        inertia(self.kept, [cosine, sine, rate], parts.mass, parts.acceleration);
+        for (i, force) in parts.acceleration.iter_mut().enumerate() {
+            *force = self.torque[i] + self.gravity[i] - *force;
+        }
+    }
+}
 
 impl<T: Scalar> ArmParameters<'_, T> {
     /// How many numbers an arm of so many links and contacts stores.
@@ -144,7 +204,7 @@ impl<T: Scalar> ArmParameters<'_, T> {
     }
 }
 
-const fn structure(links: usize) -> Structure {
+pub(crate) const fn structure(links: usize) -> Structure {
     Structure::Banded { half_bandwidth: links.saturating_sub(1) }
 }
 
@@ -228,38 +288,33 @@ where
         contacts: &mut [ContactState<T, M::Deflection>],
         drive: impl FnOnce(ArmMiddle<'_, T>),
     ) -> Result<(), ParameterError> {
+        self.check(&motion, companions, contacts)?;
         let (n, gravity) = (self.mechanism.coordinates(), self.gravity);
+        let (duration, structure) = (forwards(duration), structure(n));
+        let (rows, mut parts) = self.mechanism.prepared(duration);
+        let mut room = Room::new(take(&mut parts.room), n, contacts.len());
+        room.predict(&motion, lit::<T>(0.5) * duration, gravity);
+        drive(room.middle(contacts));
+        room.assemble(&mut parts);
         let ArmMotion { position, velocity, acceleration } = motion;
         let motion = Motion { position, velocity };
-        check_length("accelerations", acceleration, n)?;
-        self.mechanism.check_motion(acceleration, &motion)?;
-        self.mechanism.check_contacts(companions, contacts)?;
-        let (duration, structure) = (forwards(duration), structure(n));
-        let half = lit::<T>(0.5) * duration;
-        let (rows, mut parts) = self.mechanism.prepared(duration);
-        let mut rest = take(&mut parts.room);
-        let (kept, load) = (part(&mut rest, KEPT * n), part(&mut rest, contacts.len()));
-        let [q, v, weight, torque, cosine, sine, rate] = [(); ROOM].map(|()| part(&mut rest, n));
-        for (i, acceleration) in acceleration.iter().enumerate() {
-            v[i] = motion.velocity[i] + half * *acceleration;
-            q[i] = motion.position[i] + half * v[i];
-        }
-        turn([q, v], [cosine, sine, rate]);
-        for (i, link) in kept.chunks_exact(KEPT).enumerate().rev() {
-            let beyond = weight.get(i + 1).map_or_else(T::zero, |&beyond| beyond);
-            weight[i] = beyond - gravity * link[1] * sine[i];
-        }
-        torque.fill(T::zero());
-        load.iter_mut().zip(&*contacts).for_each(|(load, state)| *load = state.load());
-        let middle = ArmMiddle { position: q, velocity: v, gravity: weight, torque, load };
-        drive(middle);
-        inertia(kept, [cosine, sine, rate], parts.mass, parts.acceleration);
-        for (i, force) in parts.acceleration.iter_mut().enumerate() {
-            *force = torque[i] + weight[i] - *force;
-        }
-        parts.step(structure, duration, [&[], load], motion, rows, companions, contacts);
+        parts.step(structure, duration, [&[], room.load], motion, rows, companions, contacts);
         acceleration.copy_from_slice(parts.acceleration);
         Ok(())
+    }
+
+    /// Refuses what does not fit a step.
+    pub(crate) fn check<M: Bristle<T>>(
+        &self,
+        motion: &ArmMotion<'_, T>,
+        companions: &[Companion<T, M>],
+        contacts: &[ContactState<T, M::Deflection>],
+    ) -> Result<(), ParameterError> {
+        let n = self.mechanism.coordinates();
+        check_length("positions", motion.position, n)?;
+        check_length("velocities", motion.velocity, n)?;
+        check_length("accelerations", motion.acceleration, n)?;
+        self.mechanism.check_contacts(companions, contacts)
     }
 
     /// Kinetic and potential energy \[J\], without that of the bristles; zero at rest, hanging.

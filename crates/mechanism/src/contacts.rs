@@ -69,6 +69,11 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         &self.done
     }
 
+    /// W v at the beginning of the last step.
+    pub(crate) fn before(&self) -> Option<T> {
+        self.before
+    }
+
     /// Forgets the velocities before: after an impact, or any other jump of a velocity.
     pub fn forget_velocity(&mut self) {
         self.before = None;
@@ -157,8 +162,25 @@ where
         companions: &[Companion<T, M>],
         contacts: &mut [ContactState<T, M::Deflection>],
     ) -> Result<(), ParameterError> {
+        self.check_step(inputs, &motion, companions, contacts)?;
+        let (structure, duration) = (self.structure, forwards(duration));
+        let (rows, mut parts) = self.prepared(duration);
+        parts.acceleration.copy_from_slice(inputs.force);
+        let besides = [inputs.prescribed, inputs.load];
+        parts.step(structure, duration, besides, motion, rows, companions, contacts);
+        Ok(())
+    }
+
+    /// Refuses what does not fit a step.
+    pub(crate) fn check_step<M: Bristle<T>>(
+        &self,
+        inputs: &Inputs<'_, T>,
+        motion: &Motion<'_, T>,
+        companions: &[Companion<T, M>],
+        contacts: &[ContactState<T, M::Deflection>],
+    ) -> Result<(), ParameterError> {
         let count = self.rows.contacts();
-        self.check_motion(inputs.force, &motion)?;
+        self.check_motion(inputs.force, motion)?;
         self.check_contacts(companions, contacts)?;
         if !inputs.prescribed.is_empty() {
             check_length("prescribed velocities", inputs.prescribed, count)?;
@@ -166,11 +188,6 @@ where
         if !inputs.load.is_empty() {
             check_length("loads", inputs.load, count)?;
         }
-        let (structure, duration) = (self.structure, forwards(duration));
-        let (rows, mut parts) = self.prepared(duration);
-        parts.acceleration.copy_from_slice(inputs.force);
-        let besides = [inputs.prescribed, inputs.load];
-        parts.step(structure, duration, besides, motion, rows, companions, contacts);
         Ok(())
     }
 

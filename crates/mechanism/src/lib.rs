@@ -57,6 +57,7 @@ mod arm;
 mod band;
 mod chain;
 mod contacts;
+pub mod gradient;
 mod mechanism;
 mod rows;
 mod step;

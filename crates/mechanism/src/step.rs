@@ -191,7 +191,7 @@ impl<T: Scalar> Parts<'_, T> {
 
     /// The acceleration from r, and s̄ from s₀, by a system of the size of the contacts.
     #[inline(always)]
-    fn solve_contacts(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
+    pub(crate) fn solve_contacts(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
         band::solve(width, self.factors, self.acceleration);
         let contacts = self.bias.len();
         for (contact, sliding) in self.sliding.iter_mut().enumerate() {

@@ -3,6 +3,7 @@
 
 mod arm;
 mod energy;
+mod gradient;
 mod reference;
 mod refusals;
 mod structures;
