@@ -150,7 +150,8 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite; the companion is as it was.
+    /// Refuses a normal force that is negative or not finite, and a positive one on a contact that
+    /// has no reference load; the companion is as it was.
     #[inline]
     pub fn reload(
         &mut self,

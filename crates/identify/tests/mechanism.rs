@@ -792,10 +792,10 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let missing = error(Joint::new().known("resistance", 3.0));
     assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
     let none = dahl(&pendulum(), &[]).unwrap_err().to_string();
-    assert_eq!(none, "there must be at least 1 logs, not 0");
+    assert_eq!(none, "of logs there must be at least 1, not 0");
     let (candidates, settings) = ([Friction::dahl()], Settings::default());
     let none = mechanism::compare(&pendulum(), &candidates, &logs, &[], &settings, &mut go_on);
-    assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs held out, not 0");
+    assert_eq!(none.unwrap_err().to_string(), "of logs held out there must be at least 1, not 0");
 }
 
 #[test]

@@ -105,9 +105,9 @@ impl<T: Scalar> Chain<'_, T> {
         for (index, block) in self.blocks.iter().enumerate() {
             ParameterError::of_component(index, block.to_ground.checked())?;
             let Coupling { stiffness, damping } = block.to_next;
-            let stiffness = Named("stiffness to the next block", stiffness).non_negative();
+            let stiffness = Named("coupling stiffness of block", stiffness).non_negative();
             ParameterError::of_component(index, stiffness)?;
-            let damping = Named("damping to the next block", damping).non_negative();
+            let damping = Named("coupling damping of block", damping).non_negative();
             ParameterError::of_component(index, damping)?;
         }
         LinearMechanism::of_entries(Self::STRUCTURE, self.blocks.len(), self, rows, storage)

@@ -53,13 +53,16 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+mod arm;
 mod band;
 mod chain;
 mod contacts;
+pub mod gradient;
 mod mechanism;
 mod rows;
 mod step;
 
+pub use arm::{Arm, ArmMiddle, ArmMotion, ArmParameters, Link, on_joint};
 pub use chain::{Block, Chain, Coupling, on_ground, to_next};
 pub use contacts::{ContactState, Inputs};
 pub use mechanism::{LinearMechanism, Matrices, Structure};
