@@ -31,6 +31,9 @@ const CYCLES: usize = 20;
 /// Steps of the mass [s]: its period on the bristles is 63 ms.
 const STEP: f64 = 1e-4;
 
+#[path = "experiments/numerics.rs"]
+mod numerics;
+
 type Points = Vec<(f64, f64)>;
 
 fn main() -> ExitCode {
@@ -49,12 +52,12 @@ fn main() -> ExitCode {
             }
         }
         print(&measured);
-        let steps = fixed_steps()?;
+        let steps = numerics::fixed_steps()?;
         for (name, _, points) in &steps {
             points.iter().try_for_each(|&(x, y)| table.row(&["steps", name], &[x, y]))?;
         }
         table.finish()?;
-        numerics()?;
+        numerics::costs()?;
         println!(
             "\n{}",
             chart(measured, steps).save(arguments.out_dir(), "experiments")?.display()
@@ -339,127 +342,6 @@ fn print(measured: &[Measured]) {
     }
 }
 
-/// Stick-slip by `ode::solve`: evaluations, and the largest error of the position over 25 s.
-fn numerics() -> Result<()> {
-    println!("\nevaluations, error [m] of the position at tolerances of 1e-3, 1e-6, 1e-9");
-    let (curve, bristle) = (curve()?, bristle()?);
-    scene("static curve", Static(curve))?;
-    scene("Dahl", dahl()?)?;
-    scene("LuGre", LuGre::classical(curve, bristle))?;
-    scene("LuGre, viscous part in g", LuGre::of_frbd(FrBd::new(curve, bristle), 0.0))?;
-    scene("FrBD", FrBd::new(curve, bristle))?;
-    scene("implicit", ImplicitBristle::new(curve, bristle)?)?;
-    scene("elasto-plastic", elasto_plastic()?)?;
-    let slow = Elements(ten(0.95)?.under_load(1.0)?);
-    evaluations("ten elements", &slow, SVector::zeros())
-}
-
-fn scene<M: Bristle<f64, Deflection = f64>>(name: &str, model: M) -> Result<()> {
-    let rig = MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0)?))?;
-    evaluations::<_, 3>(name, &rig, Vector3::zeros())
-}
-
-fn evaluations<S: System<f64, N>, const N: usize>(
-    name: &str,
-    rig: &S,
-    start: SVector<f64, N>,
-) -> Result<()> {
-    let solve = |tolerance| ode::solve(rig, 0.0..25.0, start, tolerance, Output::Uniform(501));
-    let reference = solve(1e-10)?;
-    let mut line = format!("{name:24}");
-    for tolerance in [1e-3, 1e-6, 1e-9] {
-        let run = match solve(tolerance) {
-            Ok(run) => run,
-            Err(error) => {
-                line += &format!("  {error}");
-                continue;
-            }
-        };
-        let pairs = run.states().iter().zip(reference.states());
-        let error = pairs.map(|(one, other)| (one[0] - other[0]).abs()).fold(0.0, f64::max);
-        line += &format!("  {:7} {error:.1e}", run.statistics().evaluations);
-    }
-    println!("{line}");
-    Ok(())
-}
-
-/// The rig with ten elements: position, velocity, deflections.
-struct Elements(Contact<f64, MaxwellSlip<Stribeck<f64>, f64, 10>>);
-
-impl System<f64, 12> for Elements {
-    fn rate(&self, t: f64, state: &SVector<f64, 12>, [branch]: [Branch; 1]) -> SVector<f64, 12> {
-        let deflection = Parallel(state.fixed_rows::<10>(2).into_owned());
-        let friction = self.0.response(branch.of(state[1]), deflection);
-        let mut rate = SVector::<f64, 12>::zeros();
-        (rate[0], rate[1]) = (state[1], 2.0 * (0.1 * t - state[0]) - friction.force);
-        rate.fixed_rows_mut::<10>(2).copy_from(&friction.rate.0);
-        rate
-    }
-
-    fn sliding_velocities(&self, _: f64, state: &SVector<f64, 12>) -> [f64; 1] {
-        [state[1]]
-    }
-
-    fn scales(&self) -> SVector<f64, 12> {
-        SVector::from_fn(|i, _| if i < 2 { 1.0 } else { STATIC / STIFFNESS })
-    }
-}
-
-/// Largest error of the position \[m\] over 25 s of the stick-slip rig over the length of the step
-/// \[s\], each against its own limit: the companion step with FrBD; backward Euler with a slider
-/// behind the bristle (Kikuuwe and others); with a slider alone (Moreau, Jean).
-fn fixed_steps() -> Result<Vec<(&'static str, Stroke, Points)>> {
-    let model = FrBd::new(curve()?, bristle()?);
-    let companion = |count: usize| -> Result<Vec<f64>> {
-        let (mut block, h) = (Block::new(&model)?, 0.5 / count as f64);
-        Ok(sampled(count, |t| {
-            let place = block.x + 0.5 * h * block.v;
-            block.step(2.0 * (0.1 * (t + 0.5 * h) - place), h);
-            block.x
-        }))
-    };
-    let slider = |count: usize, stiffness: f64| -> Result<Vec<f64>> {
-        let (curve, h, mut state) = (curve()?, 0.5 / count as f64, [0.0; 3]);
-        let damping = paper::STICK_SLIP_BRISTLE.micro_damping;
-        Ok(sampled(count, |t| {
-            let [x, v, z] = state;
-            let (mass, force) = (1.0 / h + 2.0 * h, v / h + 2.0 * (0.1 * (t + h) - x));
-            let most: f64 = curve.at(v);
-            let resists = stiffness * h + damping;
-            let sticks = if stiffness.is_finite() {
-                (force - stiffness * z) / (mass + resists)
-            } else {
-                0.0
-            };
-            let friction = (force - mass * sticks).clamp(-most, most);
-            let v = (force - friction) / mass;
-            state = [x + h * v, v, (friction * h + damping * z) / resists];
-            state[0]
-        }))
-    };
-    let counts = (0..9).map(|i| 20 << i);
-    let errors = |run: &dyn Fn(usize) -> Result<Vec<f64>>| -> Result<Points> {
-        let limit = run(160_000)?;
-        let error = |count: usize| {
-            let pairs = run(count)?.into_iter().zip(&limit).map(|(x, end)| (x - end).abs());
-            Ok((0.5 / count as f64, pairs.fold(0.0, f64::max)))
-        };
-        counts.clone().map(error).collect()
-    };
-    Ok(vec![
-        ("companion step, FrBD", Colour::Sky.into(), errors(&companion)?),
-        ("slider behind a bristle", Colour::Sky.dashed(), errors(&|n| slider(n, STIFFNESS))?),
-        ("slider alone", Colour::Vermilion.dotted(), errors(&|n| slider(n, f64::INFINITY))?),
-    ])
-}
-
-/// What 25 s in `count` steps each half a second give at the end of each.
-fn sampled(count: usize, mut step: impl FnMut(f64) -> f64) -> Vec<f64> {
-    let h = 0.5 / count as f64;
-    let mut half = |i: usize| (0..count).fold(0.0, |_, n| step(0.5 * i as f64 + h * n as f64));
-    (0..50).map(&mut half).collect()
-}
-
 fn chart(measured: Vec<Measured>, steps: Vec<(&'static str, Stroke, Points)>) -> Figure {
     let panels = [
         Panel::new("rate of the force (N/s)", "peak of the friction force (N)")
@@ -497,104 +379,5 @@ fn chart(measured: Vec<Measured>, steps: Vec<(&'static str, Stroke, Points)>) ->
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-mod tests {
-    use super::*;
-
-    /// By scipy's Radau to 1e-9, on the equations as published.
-    #[test]
-    fn break_away_falls_with_the_rate_of_the_force() {
-        let (curve, bristle) = (curve().unwrap(), bristle().unwrap());
-        let implicit = ImplicitBristle::new(curve, bristle).unwrap();
-        for (name, peak, want) in [
-            ("FrBD, slow", break_away(&FrBd::new(curve, bristle), 0.1, 0.0), 1.48829),
-            ("FrBD", break_away(&FrBd::new(curve, bristle), 20.0, 0.0), 1.11915),
-            ("LuGre", break_away(&LuGre::classical(curve, bristle), 20.0, 0.0), 1.19446),
-            ("elasto-plastic", break_away(&elasto_plastic().unwrap(), 20.0, 0.0), 1.32366),
-            ("ten elements", break_away(&ten(0.95).unwrap(), 20.0, 0.0), 1.40962),
-            // It sticks up to μ_s at any rate.
-            ("implicit", break_away(&implicit, 20.0, 0.0), STATIC),
-        ] {
-            // Steps of 0.1 ms, of second order; the peak lies between two of them.
-            assert!((peak.unwrap() - want).abs() < 4e-5, "{name}");
-        }
-    }
-
-    /// No model ages: what a dwell of 1 s and of 10 s leaves is the same.
-    #[test]
-    fn break_away_does_not_grow_with_the_dwell_time() {
-        let (curve, bristle) = (curve().unwrap(), bristle().unwrap());
-        let model = FrBd::new(curve, bristle);
-        let [short, long] = [2.0, 12.0].map(|dwell| break_away(&model, 20.0, dwell).unwrap());
-        // The oscillation from the first loading has faded.
-        assert!((short - long).abs() < 1e-6, "{short} {long}");
-    }
-
-    #[test]
-    fn in_slow_motion_frbd_and_lugre_forget_like_dahl() {
-        let (curve, bristle) = (curve().unwrap(), bristle().unwrap());
-        let ends = |model: &dyn Fn(&mut Points) -> Vec<f64>| {
-            let ends = model(&mut Points::new());
-            (ends[2] - ends[0]) / STATIC
-        };
-        let path = [0.0, 180.0, 90.0, 180.0];
-        let frbd = FrBd::new(curve, bristle);
-        let lugre = LuGre::classical(curve, bristle);
-        for miss in [
-            ends(&|points| along(&frbd, &path, points)),
-            ends(&|points| along(&lugre, &path, points)),
-        ] {
-            // Dahl's branches over μ/σ0: 1.2 up, 0.6 down, 0.6 up.
-            let up = |force: f64, x: f64| 1.0 - (1.0 - force) * (-x).exp();
-            let down = |force: f64, x: f64| -1.0 + (1.0 + force) * (-x).exp();
-            let outer = up(0.0, 1.2);
-            let dahl = up(down(outer, 0.6), 0.6) - outer;
-            assert!((miss - dahl).abs() < 1e-4, "{miss} is not {dahl}"); // 0.1 µm/s
-        }
-    }
-
-    /// Δx = (μ_s/σ0) ln((F_b² − F1²)/(F_b² − F2²)) per cycle; nothing below a stick limit.
-    #[test]
-    fn drift_under_load_cycles() {
-        let (curve, bristle) = (curve().unwrap(), bristle().unwrap());
-        let [least, greatest] = CYCLE.map(|share| 1.0 - share * share);
-        let law = 1e6 * STATIC / STIFFNESS * (least / greatest).ln();
-        let drift = |points: Points| points[2].1 - points[1].1;
-        let frbd = drift(cycles(&FrBd::new(curve, bristle)).unwrap());
-        // Slow, but not infinitely: σ1 |v| is up to 2e-3 of μ.
-        assert!((frbd / law - 1.0).abs() < 2e-3, "{frbd} is not {law}");
-        let elastic = drift(cycles(&elasto_plastic().unwrap()).unwrap());
-        assert!(elastic.abs() < 1e-9, "{elastic}");
-    }
-
-    /// By scipy's LSODA to 1e-9, in mN.
-    #[test]
-    fn frictional_lag_has_the_width_of_an_independent_integration() {
-        let (curve, bristle) = (curve().unwrap(), bristle().unwrap());
-        let implicit = ImplicitBristle::new(curve, bristle).unwrap();
-        for (name, width, want) in [
-            ("FrBD", lag_of(&FrBd::new(curve, bristle), 100.0), 9.1726),
-            ("LuGre", lag_of(&LuGre::classical(curve, bristle), 100.0), 10.4121),
-            ("implicit", lag_of(&implicit, 100.0), -83.2634),
-        ] {
-            // Velocities held over a four-thousandth of a period.
-            assert!((1e3 * width - want).abs() < 0.01, "{name}: {width}");
-        }
-    }
-
-    #[test]
-    fn stick_slip_has_its_period() {
-        let (curve, bristle) = (curve().unwrap(), bristle().unwrap());
-        let implicit = ImplicitBristle::new(curve, bristle).unwrap();
-        for (name, cycle, want) in [
-            ("FrBD", stick_slip(&FrBd::new(curve, bristle)), [7.639267, 0.494266, 1.536889]),
-            ("implicit", stick_slip(&implicit), [7.755823, 0.481472, 1.550270]),
-            ("elasto-plastic", stick_slip(&elasto_plastic().unwrap()), [7.656117, 0.492248, 1.539]),
-        ] {
-            let cycle = cycle.unwrap().1.unwrap();
-            // Steps of 0.1 ms: the period of companion steps is off by 1e-6 of itself and more.
-            let off = [0, 1, 2].map(|i| (cycle[i] / want[i] - 1.0).abs());
-            assert!(off.iter().all(|&off| off < 3e-5), "{name}: {cycle:?}");
-        }
-    }
-}
+#[path = "experiments/tests.rs"]
+mod tests;
