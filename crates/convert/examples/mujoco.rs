@@ -34,8 +34,14 @@ type Friction = LuGre<Stribeck<f64>, KelvinVoigt<f64>>;
 const THEIRS: [Way<&str>; 4] = [
     Way::new("Euler", "Euler", "MuJoCo, Euler", Colour::Orange, Marker::Disc),
     Way::new("RK4", "RK4", "MuJoCo, RK4", Colour::Blue, Marker::Square),
-    Way::new("implicitfast", "implicitfast", "implicitfast", Colour::Purple, Marker::Diamond),
-    Way::new("implicit", "implicit", "implicit", Colour::Black, Marker::Triangle),
+    Way::new(
+        "implicitfast",
+        "implicitfast",
+        "MuJoCo, implicitfast",
+        Colour::Purple,
+        Marker::Diamond,
+    ),
+    Way::new("implicit", "implicit", "MuJoCo, implicit", Colour::Black, Marker::Triangle),
 ];
 
 /// How a step of ours learns its velocity.
@@ -71,7 +77,8 @@ fn main() -> ExitCode {
         let figure = figure
             .title("A joint with LuGre friction, in MuJoCo and here")
             .note(
-                "On the upper border: the run was lost. On the lower one of (a) to (c): it stands.",
+                "On the upper border: the run was lost. On the lower one of (a) to (c): it stands. \
+                 implicitfast lies below implicit. Times of MuJoCo are of its whole step.",
             )
             .panel(panel);
         println!("{}", figure.save(arguments.out_dir(), "mujoco")?.display());

@@ -5,7 +5,7 @@ use bristle_charts::println;
 use super::*;
 
 /// Stick-slip by `ode::solve`: evaluations, and the largest error of the position over 25 s.
-pub fn costs() -> Result<()> {
+pub(super) fn costs() -> Result<()> {
     println!("\nevaluations, error [m] of the position at tolerances of 1e-3, 1e-6, 1e-9");
     let (curve, bristle) = (curve()?, bristle()?);
     scene("static curve", Static(curve))?;
@@ -73,7 +73,7 @@ impl System<f64, 12> for Elements {
 /// Largest error of the position \[m\] over 25 s of the stick-slip rig over the length of the step
 /// \[s\], each against its own limit: the companion step with FrBD; backward Euler with a slider
 /// behind the bristle (Kikuuwe and others); with a slider alone (Moreau, Jean).
-pub fn fixed_steps() -> Result<Vec<(&'static str, Stroke, Points)>> {
+pub(super) fn fixed_steps() -> Result<Vec<(&'static str, Stroke, Points)>> {
     let model = FrBd::new(curve()?, bristle()?);
     let companion = |count: usize| -> Result<Vec<f64>> {
         let (mut block, h) = (Block::new(&model)?, 0.5 / count as f64);
