@@ -477,7 +477,8 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     )?;
     let count = rig.runs.len() + rig.unseen.len();
     let mut figure = Figure::new(760, 300 * count as u32)
-        .title("Friction identified from the statistics of stick-slip");
+        .title("Friction identified from the statistics of stick-slip")
+        .note("Shifted in time to lie on each other: the fit compares statistics, not phases.");
     println!("\nsimulated over measured   amplitude  period  mean  a fall");
     for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {
         let (fitted, measured) = (place < rig.runs.len(), &run.measured);
@@ -497,9 +498,18 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         for (place, (&data, &model)) in run.force.iter().zip(&force).enumerate() {
             table.row(&[&run.name], &[run.speed, time(place), data, model])?;
         }
+        // The simulation begins where it fits the first second best, within a period.
+        let second = &run.force[..run.force.len().min((1.0 / row) as usize)];
+        let off = |start: usize| -> f64 {
+            second.iter().zip(&force[start..]).map(|(data, model)| (data - model).powi(2)).sum()
+        };
+        let starts = 0..(measured.period / row) as usize;
+        let start = starts.min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
         let line = |force: &[f64]| -> Vec<(f64, f64)> {
             force.iter().enumerate().map(|(i, &f)| (time(i), f)).take_while(|p| p.0 < 1.0).collect()
         };
+        let data = if synthetic { "made: simulated with known parameters" } else { "measured" };
+        let model = line(&force[start..]);
         figure = figure.panel(
             Panel::new("time t (s)", "spring force over load F/p (–)")
                 .title(format!(
@@ -508,8 +518,8 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
                     1e3 * run.speed,
                     if fitted { "" } else { ", predicted" }
                 ))
-                .line("measured", Colour::Orange.width(4.0), line(&run.force))
-                .line("simulated", Colour::Blue.width(1.2), line(&force)),
+                .line(data, Colour::Orange.width(4.0), line(&run.force))
+                .line("simulated with what was fitted", Colour::Blue.width(1.2), model),
         );
     }
     table.finish()?;

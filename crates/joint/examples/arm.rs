@@ -150,9 +150,10 @@ fn main() -> ExitCode {
 fn chart(runs: &[(&'static str, &Run)]) -> Figure {
     let figure = Figure::new(900, 430).columns(2);
     let figure = figure.title("An arm that is lifted, held, and switched off at 4 s");
-    let angles = Panel::new("time t (s)", "angles q_1, q_2 (°)").title("angles of both joints");
+    let angles =
+        Panel::new("time t (s)", "angles q_1, q_2 (°)").title("angles of both joints").own_legend();
     let torques =
-        Panel::new("time t (s)", "torque (N m)").title("friction torque of the first joint");
+        Panel::new("time t (s)", "torque (N m)").title("friction torque at q_1").own_legend();
     let mut panels = [angles, torques];
     for (name, run) in runs {
         let [mut angles, mut torques] = panels;
@@ -167,7 +168,8 @@ fn chart(runs: &[(&'static str, &Run)]) -> Figure {
             let points = over_time(&|row| row.of[ANGLE][joint].to_degrees());
             angles = angles.line(format!("q_{}, load {name}", joint + 1), stroke(joint), &points);
         }
-        torques = torques.line("", stroke(0), over_time(&|row| row.of[FRICTION][0]));
+        torques =
+            torques.line(format!("load {name}"), stroke(0), over_time(&|row| row.of[FRICTION][0]));
         panels = [angles, torques];
     }
     let [angles, torques] = panels;
