@@ -28,7 +28,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::PeriodicError;
 
 /// Steps of a run, at most: a run that needs more is refused rather than waited for.
-pub(crate) const MOST_STEPS: u64 = 1_000_000;
+const MOST_STEPS: u64 = 1_000_000;
 
 /// Parts of a step, at most.
 const MOST_PARTS: f64 = 1e4;
@@ -66,10 +66,8 @@ pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
     duration: f64,
     tolerance: f64,
 ) -> Result<Flow<N>, PeriodicError> {
-    Named("period", duration).positive()?;
     let scales = system.scales();
-    let tolerances = Tolerances::scaled(tolerance, scales)?;
-    let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(MOST_STEPS);
+    let solver = solver(scales, tolerance, duration)?;
     let mut run = solver.begin(system, start_time..start_time + duration, start)?;
     let (mut factors, mut extent) = (Vec::new(), 0.0);
     while let Some(step) = run.advance()? {
@@ -77,6 +75,30 @@ pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
         append(system, &step, &scales, &mut factors)?;
     }
     Ok(Flow { end: *run.state(), factors, extent })
+}
+
+/// The end of a run without its derivatives.
+pub(crate) fn end<S: System<f64, N, K>, const N: usize, const K: usize>(
+    system: &S,
+    (start_time, start): (f64, SVector<f64, N>),
+    duration: f64,
+    tolerance: f64,
+) -> Result<SVector<f64, N>, PeriodicError> {
+    let solver = solver(system.scales(), tolerance, duration)?;
+    let mut run = solver.begin(system, start_time..start_time + duration, start)?;
+    while run.advance()?.is_some() {}
+    Ok(*run.state())
+}
+
+/// Steps to a tolerance over a duration > 0.
+pub(crate) fn solver<const N: usize>(
+    scales: SVector<f64, N>,
+    tolerance: f64,
+    duration: f64,
+) -> Result<Solver<f64, Automatic, N>, PeriodicError> {
+    Named("period", duration).positive()?;
+    let tolerances = Tolerances::scaled(tolerance, scales)?;
+    Ok(Solver::adaptive(Automatic, tolerances).with_most_steps(MOST_STEPS))
 }
 
 /// Appends the factors of a step.

@@ -1,4 +1,5 @@
 //! What repeats.
+mod branch;
 mod control_loop;
 mod driven_mass;
 mod error;
@@ -6,6 +7,7 @@ mod flow;
 mod multipliers;
 mod shooting;
 
+pub use branch::{BranchEnd, BranchPoint, Continuation, OrbitBranch, PointKind};
 pub use control_loop::{ControlLoop, ControlLoopParameters, Pid};
 pub use driven_mass::DrivenMass;
 pub use error::PeriodicError;

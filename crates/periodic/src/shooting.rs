@@ -13,12 +13,12 @@
 //! Source: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 5.4.
 
 use bristle::Branch;
-use bristle::ode::{Automatic, Direction, Event, Occurrence, Solver, System, Tolerances};
+use bristle::ode::{Direction, Event, Occurrence, Solver, System};
 use bristle::parameter::{Named, ParameterError};
 use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::PeriodicError;
-use crate::flow::{Flow, MOST_STEPS, flow};
+use crate::flow::{Flow, flow, solver};
 use crate::multipliers::{Multiplier, multipliers};
 
 /// How periodic motions are looked for.
@@ -105,13 +105,6 @@ impl<const N: usize> Orbit<N> {
     }
 }
 
-/// The unknowns of a shooting problem: the state, the period, and perhaps a parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Point<const N: usize> {
-    pub(crate) state: SVector<f64, N>,
-    pub(crate) period: f64,
-}
-
 impl Shooting {
     fn checked(self) -> Result<Self, ParameterError> {
         Named("tolerance", self.tolerance).positive()?;
@@ -161,8 +154,7 @@ impl Shooting {
     ) -> Result<Orbit<N>, PeriodicError> {
         self.checked()?;
         let scales = checked_scales(system.scales())?;
-        let Guess { state, period } = guess;
-        let mut point = Point { state, period };
+        let mut point = guess;
         let mut newton = Newton::new(self.most_iterations);
         loop {
             point.period = self.time_of_return(system, &scales, &point)?;
@@ -175,8 +167,8 @@ impl Shooting {
                 }
                 return orbit(&flow, (0.0, point.state), point.period, false);
             }
-            let largest = flow.extent.max(SMALLEST);
-            point.correct(&correction, newton.share(correction.norm(), largest), &scales);
+            let share = newton.share(correction.norm(), flow.extent.max(SMALLEST));
+            point.correct(&(correction * share), &scales);
         }
     }
 
@@ -186,15 +178,14 @@ impl Shooting {
         &self,
         system: &S,
         scales: &SVector<f64, N>,
-        point: &Point<N>,
+        point: &Guess<N>,
     ) -> Result<f64, PeriodicError> {
-        let Point { state: start, period } = *point;
+        let Guess { state: start, period } = *point;
         let from_start = |state: &SVector<f64, N>| (state - start).component_div(scales);
-        let normal = scaled_rate(system, scales, &start);
+        let normal = scaled_rate(system, scales, 0.0, &start);
         let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&from_start(state));
         let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
-        let tolerances = Tolerances::scaled(self.tolerance, *scales)?;
-        let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(MOST_STEPS);
+        let solver = solver(*scales, self.tolerance, period)?;
         let mut passages = Passages(Vec::new());
         solver.stream(system, 0.0..LATEST * period, start, &[plane], &mut passages)?;
         let returns = passages.0.iter().filter(|(time, _)| *time > EARLIEST * period);
@@ -270,21 +261,14 @@ impl Newton {
     pub(crate) fn share(&self, correction: f64, largest: f64) -> f64 {
         (0.5 * largest / correction).min(1.0)
     }
-
-    /// How many corrections have been made.
-    pub(crate) fn done(&self) -> usize {
-        self.done
-    }
 }
 
-impl<const N: usize> Point<N> {
-    /// Adds a share of a correction; the period changes by a fifth at most.
-    pub(crate) fn correct(&mut self, by: &DVector<f64>, share: f64, scales: &SVector<f64, N>) {
-        let share = share.min(0.2 / by[N].abs());
-        for i in 0..N {
-            self.state[i] += share * by[i] * scales[i];
-        }
-        self.period *= 1.0 + share * by[N];
+impl<const N: usize> Guess<N> {
+    /// Adds corrections in units of the scales and of the period; the period changes by a fifth at
+    /// most.
+    pub(crate) fn correct(&mut self, by: &DVector<f64>, scales: &SVector<f64, N>) {
+        self.state += SVector::from_fn(|i, _| by[i] * scales[i]);
+        self.period *= 1.0 + by[N].clamp(-0.2, 0.2);
     }
 }
 
@@ -292,10 +276,10 @@ impl<const N: usize> Point<N> {
 pub(crate) fn free_equations<S: System<f64, N, K>, const N: usize, const K: usize>(
     system: &S,
     scales: &SVector<f64, N>,
-    point: &Point<N>,
+    point: &Guess<N>,
     flow: &Flow<N>,
 ) -> (DMatrix<f64>, DVector<f64>) {
-    let rate = |state: &SVector<f64, N>| scaled_rate(system, scales, state) * point.period;
+    let rate = |state: &SVector<f64, N>| scaled_rate(system, scales, 0.0, state) * point.period;
     let (at_start, at_end) = (rate(&point.state), rate(&flow.end));
     let (defect, product) = ((point.state - flow.end).component_div(scales), flow.product());
     // A phase condition of the size of the other equations.
@@ -309,18 +293,19 @@ pub(crate) fn free_equations<S: System<f64, N, K>, const N: usize, const K: usiz
     (matrix, DVector::from_fn(N + 1, |i, _| if i < N { defect[i] } else { 0.0 }))
 }
 
-/// The rate of a system without inputs, over the scales [1/s].
-fn scaled_rate<S: System<f64, N, K>, const N: usize, const K: usize>(
+/// The rate of a system over the scales [1/s].
+pub(crate) fn scaled_rate<S: System<f64, N, K>, const N: usize, const K: usize>(
     system: &S,
     scales: &SVector<f64, N>,
+    time: f64,
     state: &SVector<f64, N>,
 ) -> SVector<f64, N> {
-    let branches = system.sliding_velocities(0.0, state).map(Branch::towards);
-    system.rate(0.0, state, branches).component_div(scales)
+    let branches = system.sliding_velocities(time, state).map(Branch::towards);
+    system.rate(time, state, branches).component_div(scales)
 }
 
 /// 1 on the diagonal.
-fn identity(i: usize, j: usize) -> f64 {
+pub(crate) fn identity(i: usize, j: usize) -> f64 {
     f64::from(u8::from(i == j))
 }
 
