@@ -11,8 +11,9 @@
 //! | s | step along the tangent | – |
 //!
 //! The branch runs through folds, where p turns back, as if they were not there: it is followed in
-//! s. A fold is a zero of the component t_p, where a multiplier passes 1; a flip (period doubling)
-//! one of ∏(1 + μ), where a multiplier passes −1. Both are found to rounding by false position.
+//! s. A fold is a zero of the component t_p, where a multiplier μ passes 1; a crossing of branches
+//! one of ∏(1 − μ) elsewhere; a flip (period doubling) one of ∏(1 + μ). They are found by false
+//! position.
 //!
 //! Source: H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems"
 //! (1977); A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 6.1.
@@ -21,7 +22,7 @@ use core::ops::Range;
 
 use bristle::ode::System;
 use bristle::parameter::{Named, ParameterError};
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{Complex, DMatrix, DVector, SVector};
 
 use crate::flow::{Flow, end, flow};
 use crate::shooting::{
@@ -43,15 +44,24 @@ pub struct Continuation {
     pub largest_step: f64,
     /// Points, at most.
     pub most_points: usize,
+    /// Whether the branch ends where its motions lose their stability.
+    pub stable_only: bool,
 }
 
 impl Continuation {
-    /// Upwards from a hundredth of the range on, in steps of a tenth at most, with up to 400
-    /// points.
+    /// Upwards, first by a hundredth of the range, in steps of a tenth at most, with up to 400
+    /// points, whether stable or not.
     pub fn over(range: Range<f64>) -> Self {
         let first_step = 0.01 * (range.end - range.start);
         let shooting = Shooting { most_iterations: 8, ..Shooting::default() };
-        Self { shooting, range, first_step, largest_step: 0.1, most_points: 400 }
+        Self {
+            shooting,
+            range,
+            first_step,
+            largest_step: 0.1,
+            most_points: 400,
+            stable_only: false,
+        }
     }
 
     fn checked(&self) -> Result<f64, ParameterError> {
@@ -76,6 +86,8 @@ pub enum PointKind {
     Fold,
     /// A motion of twice the period branches off.
     Flip,
+    /// Another branch crosses: a symmetric motion becomes one of two that are not.
+    Crossing,
 }
 
 /// A point of a branch.
@@ -97,6 +109,8 @@ pub enum BranchEnd {
     Range,
     /// It has as many points as were allowed.
     Points,
+    /// Its motions lose their stability, and only stable ones were asked for.
+    Unstable,
     /// No shorter step finds a next point: why the last trial failed.
     Lost(PeriodicError),
 }
@@ -111,7 +125,7 @@ pub struct OrbitBranch<const N: usize> {
 }
 
 impl<const N: usize> OrbitBranch<N> {
-    /// The folds and flips.
+    /// The folds, flips and crossings.
     pub fn special(&self) -> impl Iterator<Item = &BranchPoint<N>> {
         self.points.iter().filter(|point| point.kind != PointKind::Regular)
     }
@@ -223,6 +237,9 @@ impl Continuation {
             if !self.range.contains(&parameter) {
                 break BranchEnd::Range;
             }
+            if self.stable_only && !next.orbit.is_stable() {
+                break BranchEnd::Unstable;
+            }
             points.push(next.point(width, PointKind::Regular));
             step = (step * GROWTH).min(self.largest_step);
             at = next;
@@ -252,11 +269,13 @@ impl<const N: usize> Found<N> {
 
     /// What vanishes at a fold, and at a flip.
     fn test(&self, kind: PointKind) -> f64 {
+        let product = |sign: f64| {
+            let all = self.orbit.transverse().into_iter().map(|it| it.value() * sign + 1.0);
+            all.product::<Complex<f64>>().re
+        };
         match kind {
-            PointKind::Flip => {
-                let all = self.orbit.multipliers.iter().map(|multiplier| multiplier.value() + 1.0);
-                all.product::<nalgebra::Complex<f64>>().re
-            }
+            PointKind::Flip => product(1.0),
+            PointKind::Crossing => product(-1.0),
             _ => self.tangent[N + 1],
         }
     }
@@ -339,9 +358,9 @@ where
         Ok((matrix, right))
     }
 
-    /// The folds and flips between two points, in their order.
+    /// The first of the folds, flips and crossings between two points.
     fn special(&self, from: &Found<N>, to: &Found<N>, step: f64) -> Option<BranchPoint<N>> {
-        let kinds = [PointKind::Fold, PointKind::Flip];
+        let kinds = [PointKind::Fold, PointKind::Flip, PointKind::Crossing];
         let kind = kinds.into_iter().find(|&kind| from.test(kind) * to.test(kind) < 0.0)?;
         let (mut low, mut high) = ((0.0, from.test(kind)), (step, to.test(kind)));
         let mut last = None;

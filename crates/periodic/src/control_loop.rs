@@ -118,6 +118,11 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 5> {
 }
 
 impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> &ControlLoopParameters<M> {
+        &self.parameters
+    }
+
     /// At rest at a distance from the target, with an undeflected bristle.
     pub fn displaced(&self, position: f64) -> SVector<f64, N> {
         SVector::from_fn(|i, _| if i == 0 { position } else { 0.0 })

@@ -37,6 +37,9 @@ const MOST_PARTS: f64 = 1e4;
 /// to 10⁻⁶.
 const LONGEST: f64 = 0.5;
 
+/// A factor goes on for so many time constants: what it holds differs by e⁴ or so.
+const TOGETHER: f64 = 4.0;
+
 /// Terms of the exponential series: with the largest rate below one, those left out are below a
 /// rounding, 1/18! = 1.6e-16.
 const TERMS: u32 = 17;
@@ -46,7 +49,7 @@ const TERMS: u32 = 17;
 pub(crate) struct Flow<const N: usize> {
     /// The state at the end.
     pub(crate) end: SVector<f64, N>,
-    /// Φ of each part, the first first, in units of the scales.
+    /// The factors of Φ, the first first, in units of the scales.
     pub(crate) factors: Vec<SMatrix<f64, N, N>>,
     /// How far the run went from its start, over the scales.
     pub(crate) extent: f64,
@@ -69,12 +72,12 @@ pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
     let scales = system.scales();
     let solver = solver(scales, tolerance, duration)?;
     let mut run = solver.begin(system, start_time..start_time + duration, start)?;
-    let (mut factors, mut extent) = (Vec::new(), 0.0);
+    let (mut factors, mut extent) = (Factors { list: Vec::new(), turned: 0.0 }, 0.0);
     while let Some(step) = run.advance()? {
         extent = f64::max(extent, (step.end() - start).component_div(&scales).norm());
         append(system, &step, &scales, &mut factors)?;
     }
-    Ok(Flow { end: *run.state(), factors, extent })
+    Ok(Flow { end: *run.state(), factors: factors.list, extent })
 }
 
 /// The end of a run without its derivatives.
@@ -101,12 +104,33 @@ pub(crate) fn solver<const N: usize>(
     Ok(Solver::adaptive(Automatic, tolerances).with_most_steps(MOST_STEPS))
 }
 
+/// The factors of Φ, the first first.
+struct Factors<const N: usize> {
+    list: Vec<SMatrix<f64, N, N>>,
+    /// By how many time constants of the quickest motion the last one goes on.
+    turned: f64,
+}
+
+impl<const N: usize> Factors<N> {
+    /// Appends a factor, or multiplies the last one by it as long as that loses no digits.
+    fn push(&mut self, factor: SMatrix<f64, N, N>, turned: f64) {
+        self.turned += turned;
+        match self.list.last_mut() {
+            Some(last) if self.turned <= TOGETHER => *last = factor * *last,
+            _ => {
+                self.list.push(factor);
+                self.turned = turned;
+            }
+        }
+    }
+}
+
 /// Appends the factors of a step.
 fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
     system: &S,
     step: &Step<f64, N>,
     scales: &SVector<f64, N>,
-    factors: &mut Vec<SMatrix<f64, N, N>>,
+    factors: &mut Factors<N>,
 ) -> Result<(), PeriodicError> {
     let (start, length) = (step.start_time(), step.end_time() - step.start_time());
     if length == 0.0 {
@@ -121,12 +145,13 @@ fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
         let by_state = linearised.ok_or(PeriodicError::NoDerivatives)?.by_state;
         Ok(SMatrix::from_fn(|i, j| by_state[(i, j)] * scales[j] / scales[i]))
     };
-    let parts = (largest_rate(&jacobian(0.5)?) * length / LONGEST).ceil().clamp(1.0, MOST_PARTS);
+    let turned = largest_rate(&jacobian(0.5)?) * length;
+    let parts = (turned / LONGEST).ceil().clamp(1.0, MOST_PARTS);
     let gauss = 0.5 * 0.6_f64.sqrt();
     for part in 0..parts as usize {
         let node = |offset: f64| jacobian((part as f64 + 0.5 + offset) / parts);
         let nodes = [node(-gauss)?, node(0.0)?, node(gauss)?];
-        factors.push(exponential(&magnus(&nodes, length / parts)));
+        factors.push(exponential(&magnus(&nodes, length / parts)), turned / parts);
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ mod control_loop;
 mod driven_mass;
 mod error;
 mod flow;
+mod hunting;
 mod multipliers;
 mod shooting;
 
@@ -11,5 +12,6 @@ pub use branch::{BranchEnd, BranchPoint, Continuation, OrbitBranch, PointKind};
 pub use control_loop::{ControlLoop, ControlLoopParameters, Pid};
 pub use driven_mass::DrivenMass;
 pub use error::PeriodicError;
+pub use hunting::{HuntingCycle, HuntingReport, Outcome, hunting, hunting_map, hunting_orbit};
 pub use multipliers::Multiplier;
 pub use shooting::{Guess, Orbit, Shooting};

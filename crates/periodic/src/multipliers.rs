@@ -10,7 +10,7 @@
 //! One pass over the factors follows another, with Q₀ the Q_M before, until S is diagonal or
 //! block-diagonal: then the multipliers are products of the diagonals of R_k, taken as sums of
 //! logarithms, or eigenvalues of a product of blocks. No sum mixes what is 10⁻³⁰⁰ with what is one,
-//! so each multiplier keeps its digits. Multipliers of similar size (within a factor of two or so)
+//! so each multiplier keeps its digits. Multipliers of similar size (within a factor of eight)
 //! and complex pairs stay together in a block.
 //!
 //! Source: A. W. Bojanczyk, G. H. Golub, P. Van Dooren, "The periodic Schur decomposition" (SPIE
@@ -18,8 +18,8 @@
 
 use nalgebra::{Complex, DMatrix, SMatrix, Schur};
 
-/// Passes over the factors, at most: a ratio of ½ is then 10⁻¹².
-const MOST_PASSES: usize = 40;
+/// Passes over the factors, at most: they separate multipliers whose ratio is below 0.12.
+const MOST_PASSES: usize = 12;
 
 /// Entries of S below this separate blocks.
 const SEPARATE: f64 = 1e-11;
