@@ -34,6 +34,7 @@
 //! | `bristle-joint` | friction of gears, motors, geared joints |
 //! | `bristle-memory` | loops within loops: guides, piezo stages, bolted joints |
 //! | `bristle-mechanism` | many contacts in one mechanism |
+//! | `bristle-periodic` | what repeats: hunting loops, stick-slip cycles, their stability |
 //! | `bristle-batch` | many bristles at once |
 //! | `bristle-fidelity` | the cheapest model that a scene needs |
 //! | `bristle-identify` | parameters from logs |

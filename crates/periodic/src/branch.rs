@@ -53,7 +53,7 @@ impl Continuation {
     /// points, whether stable or not.
     pub fn over(range: Range<f64>) -> Self {
         let first_step = 0.01 * (range.end - range.start);
-        let shooting = Shooting { most_iterations: 8, ..Shooting::default() };
+        let shooting = Shooting { most_iterations: 12, ..Shooting::default() };
         Self {
             shooting,
             range,
@@ -255,6 +255,9 @@ const GROWTH: f64 = 1.5;
 /// branch may have been met.
 const MOST_OFF: f64 = 0.3;
 
+/// Points of a branch are found to this part of the scales.
+const CLOSE: f64 = 3e-8;
+
 /// Steps along a branch are not shortened below this.
 const SHORTEST: f64 = 3e-6;
 
@@ -296,7 +299,7 @@ where
         let mut at = *from;
         at.add(&(tangent * step), &self.scales);
         let predicted = at;
-        let mut newton = Newton::new(self.shooting.most_iterations);
+        let mut newton = Newton::new(self.shooting.most_iterations, CLOSE);
         loop {
             let system = (self.system)(at.parameter * self.width)?;
             if self.period.is_none() {
@@ -362,24 +365,28 @@ where
     fn special(&self, from: &Found<N>, to: &Found<N>, step: f64) -> Option<BranchPoint<N>> {
         let kinds = [PointKind::Fold, PointKind::Flip, PointKind::Crossing];
         let kind = kinds.into_iter().find(|&kind| from.test(kind) * to.test(kind) < 0.0)?;
-        let (mut low, mut high) = ((0.0, from.test(kind)), (step, to.test(kind)));
-        let mut last = None;
+        let end = |at: f64, found: &Found<N>| (at, found.test(kind), found.unknowns.parameter);
+        let (mut low, mut high) = (end(0.0, from), end(step, to));
+        let mut point = to.point(self.width, kind);
         for _ in 0..60 {
             let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let found = self.correct(&from.unknowns, &from.tangent, place).ok()?;
-            let value = found.test(kind);
+            // Where branches cross, Newton's equations are singular.
+            let Ok(found) = self.correct(&from.unknowns, &from.tangent, place) else { break };
+            let new = end(place, &found);
             // Illinois: the end that stays counts half.
-            if value * low.1 > 0.0 {
-                (low, high.1) = ((place, value), 0.5 * high.1);
+            if new.1 * low.1 > 0.0 {
+                (low, high.1) = (new, 0.5 * high.1);
             } else {
-                (high, low.1) = ((place, value), 0.5 * low.1);
+                (high, low.1) = (new, 0.5 * low.1);
             }
-            last = Some(found.point(self.width, kind));
-            if value.abs() < 1e-7 || high.0 - low.0 < 1e-9 * step {
-                break;
+            point = found.point(self.width, kind);
+            if new.1.abs() < 1e-7 || high.0 - low.0 < 1e-9 * step {
+                return Some(point);
             }
         }
-        last
+        let parameter = (low.2 * high.1 - high.2 * low.1) / (high.1 - low.1);
+        point.parameter = parameter * self.width;
+        Some(point)
     }
 }
 

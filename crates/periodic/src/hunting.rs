@@ -267,6 +267,37 @@ impl HuntingReport {
     }
 }
 
+impl fmt::Display for HuntingReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = |abscissa: f64, [below, above]: [&'static str; 2]| {
+            if abscissa < 0.0 { below } else { above }
+        };
+        let Self { rest_abscissa: rest, large_abscissa: large, outcomes, cycle } = self;
+        let stable = verdict(*rest, ["stable", "UNSTABLE"]);
+        writeln!(f, "rest           {stable}, slowest at {} 1/s", Number(*rest))?;
+        let die_out = verdict(*large, ["die out", "GROW"]);
+        writeln!(f, "large motions  {die_out}, at {} 1/s", Number(*large))?;
+        for (start, outcome) in outcomes {
+            write!(f, "from {} m", Number(*start))?;
+            match outcome {
+                Outcome::Rests => writeln!(f, "  rests")?,
+                Outcome::Grows => writeln!(f, "  GROWS")?,
+                Outcome::Hunts(cycle) => writeln!(f, "  HUNTS, {cycle}")?,
+            }
+        }
+        let Some((cycle, multipliers)) = cycle else { return Ok(()) };
+        let slowest = multipliers.first().map_or(f64::NEG_INFINITY, |it| it.log_modulus);
+        let stable = verdict(slowest, ["stable", "unstable"]);
+        writeln!(f, "its cycle      {cycle}, {stable}: multiplier {:.6}", slowest.exp())
+    }
+}
+
+impl fmt::Display for HuntingCycle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "±{:.4e} m with a period of {:.6} s", self.amplitude, self.period)
+    }
+}
+
 /// Reports whether a loop hunts: rest, large motions, and where motions from rest at given
 /// distances from the target \[m\] end within a duration \[s\].
 ///

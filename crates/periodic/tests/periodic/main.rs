@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod branches;
 mod orbits;
 
 use bristle::curve::{Stribeck, StribeckParameters};
