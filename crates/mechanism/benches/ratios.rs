@@ -184,7 +184,7 @@ const JOINTS: usize = 7;
 
 /// An arm of seven joints, 42 friction parameters, driven to and fro: half a second at a time, so
 /// that other load of the machine is left out.
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 struct Swing {
     motion: [[f64; JOINTS]; 3],
     contacts: [ContactState<f64>; JOINTS],
@@ -215,7 +215,7 @@ fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
     let mut best = [(); 3].map(|()| Best(f64::INFINITY));
     for _ in 0..ROUNDS / 5 {
         best[0].time(1, || {
-            let mut state = start.clone();
+            let mut state = start;
             let done = (0..steps).try_for_each(|n| forwards(&mut one, n, &mut state));
             black_box((done.is_ok(), state));
         });
@@ -225,7 +225,7 @@ fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
                 let mut by = [[0.0; JOINTS]; 3];
                 let mut contacts = [ContactAdjoint::new(); JOINTS];
                 let step = |n, state: &mut Swing| forwards(&mut one, n, state);
-                let done = backwards(start.clone(), steps, between, step, |n, state| {
+                let done = backwards(start, steps, between, step, |n, state| {
                     for (by, q) in by[0].iter_mut().zip(state.motion[0]) {
                         *by += 2.0 * q;
                     }
