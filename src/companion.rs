@@ -378,6 +378,24 @@ impl<T: Scalar> Default for CompanionStep<T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
+    /// The coefficients frozen over the step.
+    #[inline]
+    pub fn coefficients(&self) -> &Affine<T, D> {
+        &self.affine
+    }
+
+    /// What the step makes of a deflection under a drive, with these coefficients.
+    #[inline]
+    pub fn weights(&self) -> &D::Weights {
+        &self.weights
+    }
+
+    /// The deflection z₀ \[m\] at the beginning of the step, after a change of the load.
+    #[inline]
+    pub fn deflection(&self) -> D {
+        self.deflection
+    }
+
     /// Mean friction force \[N\] if the mean velocity is zero.
     #[inline]
     pub fn bias(&self) -> T {

@@ -74,6 +74,11 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         self.before
     }
 
+    /// The last step.
+    pub(crate) fn frozen(&self) -> Option<&CompanionStep<T, D>> {
+        self.frozen.as_ref()
+    }
+
     /// Forgets the velocities before: after an impact, or any other jump of a velocity.
     pub fn forget_velocity(&mut self) {
         self.before = None;

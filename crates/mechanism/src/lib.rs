@@ -72,4 +72,5 @@ pub use step::{Motion, Sources};
 /// The programs on this page are tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
+#[doc = include_str!("../docs/gradients.md")]
 struct Pages;

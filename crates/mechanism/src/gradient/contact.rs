@@ -9,9 +9,9 @@
 use super::Differentiable;
 use crate::contacts::ContactState;
 use bristle::companion::Companion;
-use bristle::rheology::{HeldWeights as _, Weights};
+use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit};
-use bristle::{Affine, Branch, LoadChange, Scalar, Surface};
+use bristle::{Affine, Branch, Scalar, Surface};
 
 /// The derivatives of a loss by what a contact keeps. All zero where the loss does not ask for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,37 +43,27 @@ impl<T: Scalar> Default for ContactAdjoint<T> {
     }
 }
 
-/// What a step began with.
+/// What a step began with, and what it met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Trace<T> {
-    /// Sliding velocity at the beginning, and its predecessor, both with the belt.
-    sliding: T,
-    last: Option<T>,
+    predicted: T,
+    /// Whether the prediction is the sliding velocity alone.
+    alone: bool,
     deflection: T,
     load: [T; 2],
     /// s̄, and ∂loss/∂s̄ by way of the deflection.
     pub(crate) mean: T,
     pub(crate) by_mean: T,
+    /// Whether the limit has cut the deflection.
+    cut: bool,
 }
 
 impl<T: Scalar> Default for Trace<T> {
     fn default() -> Self {
         let zero = T::zero();
-        let (sliding, deflection, mean, by_mean) = (zero, zero, zero, zero);
-        Self { sliding, last: None, deflection, load: [zero; 2], mean, by_mean }
+        let (predicted, deflection, mean, by_mean) = (zero, zero, zero, zero);
+        Self { predicted, alone: true, deflection, load: [zero; 2], mean, by_mean, cut: false }
     }
-}
-
-/// The step again, with what its derivatives need.
-struct Frozen<T: Scalar> {
-    predicted: T,
-    reversed: bool,
-    on: Surface<T>,
-    reloaded: T,
-    affine: Affine<T>,
-    /// The deflection at the end, and whether the limit has cut it.
-    end: T,
-    cut: bool,
 }
 
 /// φ1' and φ2'.
@@ -95,41 +85,16 @@ fn slopes<T: Scalar>(x: T, [decay, phi1, phi2]: [T; 3]) -> [T; 2] {
 impl<T: Scalar> Trace<T> {
     /// Before the step.
     pub(crate) fn new(state: &ContactState<T>, [without, sliding, load]: [T; 3]) -> Self {
+        let last = state.before().map_or(sliding, |before| before + (sliding - without));
+        let alone = sliding * last < T::zero() || state.before().is_none();
+        let ahead = if alone { T::zero() } else { lit::<T>(0.5) * (sliding - last) };
         Self {
-            sliding,
-            last: state.before().map(|before| before + (sliding - without)),
+            predicted: sliding + ahead,
+            alone,
             deflection: state.deflection(),
             load: [state.load(), load],
             ..Self::default()
         }
-    }
-
-    /// The step again.
-    fn frozen<M: Differentiable<T>>(
-        &self,
-        companion: &Companion<T, M>,
-        duration: T,
-        end: T,
-    ) -> Frozen<T> {
-        let contact = companion.contact();
-        let [before, after] = self.load;
-        let last = self.last.unwrap_or(self.sliding);
-        let reversed = self.sliding * last < T::zero() || self.last.is_none();
-        let half = lit::<T>(0.5);
-        let predicted =
-            if reversed { self.sliding } else { self.sliding + half * (self.sliding - last) };
-        let mut reloaded = self.deflection;
-        if after != before {
-            let change = LoadChange { before, after };
-            reloaded = contact.reloaded(change, predicted, reloaded).deflection;
-        }
-        let rescaled = after != contact.normal_force();
-        let scale = if rescaled { after / contact.normal_force() } else { T::one() };
-        let surface = Surface::scaled(predicted, scale);
-        let affine = contact.affine(surface, reloaded);
-        let free = affine.weights(duration).end(reloaded, affine.drive * self.mean);
-        let (on, cut) = (contact.surface(surface), free != end);
-        Frozen { predicted, reversed, on, reloaded, affine, end, cut }
     }
 }
 
@@ -140,18 +105,15 @@ impl<T: Scalar> ContactAdjoint<T> {
         self.given_load = T::zero();
     }
 
-    /// After the step, with its mean sliding velocity and deflection: the derivative by the first.
-    pub(crate) fn by_mean<M: Differentiable<T>>(
-        &mut self,
-        companion: &Companion<T, M>,
-        duration: T,
-        [mean, end]: [T; 2],
-    ) -> T {
+    /// After the step, with its mean sliding velocity: the derivative by that.
+    pub(crate) fn by_mean(&mut self, state: &ContactState<T>, mean: T) -> T {
+        let Some(step) = state.frozen() else { return T::zero() };
+        let drive = step.coefficients().drive;
         self.trace.mean = mean;
-        let frozen = self.trace.frozen(companion, duration, end);
-        let (_, phi1, _) = Weights::relaxed(frozen.affine.relaxation * duration);
-        let by_mean = self.deflection * duration * phi1 * frozen.affine.drive;
-        self.trace.by_mean = if frozen.cut { T::zero() } else { by_mean };
+        self.trace.cut = step.weights().end(step.deflection(), drive * mean) != state.deflection();
+        if !self.trace.cut {
+            self.trace.by_mean = self.deflection * step.weights().end(T::zero(), drive);
+        }
         self.trace.by_mean
     }
 
@@ -161,20 +123,26 @@ impl<T: Scalar> ContactAdjoint<T> {
         &mut self,
         companion: &Companion<T, M>,
         duration: T,
-        end: T,
+        state: &ContactState<T>,
         [by_bias, by_damper]: [T; 2],
         gradient: &mut [T],
     ) -> T {
-        let (contact, trace) = (companion.contact(), self.trace);
-        let frozen = trace.frozen(companion, duration, end);
-        let Frozen { predicted, on, reloaded, affine, cut, .. } = frozen;
-        let (model, reference) = (contact.model(), contact.reference_load());
-        let x = affine.relaxation * duration;
-        let (decay, phi1, phi2) = Weights::relaxed(x);
+        let Some(step) = state.frozen() else { return T::zero() };
+        let (contact, trace, end) = (companion.contact(), self.trace, state.deflection());
+        let (predicted, cut, reloaded) = (trace.predicted, trace.cut, step.deflection());
+        let (model, reference, affine) =
+            (contact.model(), contact.reference_load(), step.coefficients());
+        let scale = trace.load[1] / reference;
+        let constant = trace.load[1] == reference;
+        let on = Surface::scaled(predicted, if constant { T::one() } else { scale });
+        let (one, zero, x) = (T::one(), T::zero(), affine.relaxation * duration);
+        let weights = step.weights();
+        let (decay, phi1) = (weights.end(one, zero), weights.undriven_mean(one));
+        let phi2 = if is_zero(duration) { lit(0.5) } else { weights.driven_mean(one) / duration };
         let [phi1_slope, phi2_slope] = slopes(x, [decay, phi1, phi2]);
         let (by_bias, by_damper) = (by_bias * reference, by_damper * reference);
         let by_end = if cut { T::zero() } else { self.deflection };
-        let Affine { drive, stiffness, .. } = affine;
+        let Affine { drive, stiffness, .. } = *affine;
         let by_decay = by_end * reloaded;
         let by_phi1 = by_bias * stiffness * reloaded + by_end * duration * drive * trace.mean;
         let by_phi2 = by_damper * stiffness * drive * duration;
@@ -191,12 +159,12 @@ impl<T: Scalar> ContactAdjoint<T> {
             by_surface = model.pull_back(on, &by, gradient);
         }
         let mut add = |terms: [T; 2]| (0..2).for_each(|i| by_surface[i] += terms[i]);
-        if cut && frozen.end.abs() == reloaded.abs() {
-            let same = (frozen.end > T::zero()) == (reloaded > T::zero());
+        if cut && end.abs() == reloaded.abs() {
+            let same = (end > T::zero()) == (reloaded > T::zero());
             by_reloaded += if same { self.deflection } else { -self.deflection };
         } else if cut {
             let speeds = [T::zero(), companion.fastest(), predicted.abs()];
-            let at = [self.deflection, frozen.end, predicted];
+            let at = [self.deflection, end, predicted];
             add(stationary(model, on, at, &speeds, gradient));
         }
         let [before, after] = trace.load;
@@ -222,7 +190,7 @@ impl<T: Scalar> ContactAdjoint<T> {
         self.given_load = self.load + by_load;
         self.load = by_before;
         let half = lit::<T>(0.5);
-        self.before = if frozen.reversed { T::zero() } else { -half * by_velocity };
+        self.before = if trace.alone { T::zero() } else { -half * by_velocity };
         by_velocity - self.before
     }
 }

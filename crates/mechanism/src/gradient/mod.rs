@@ -151,8 +151,7 @@ impl<T: Scalar> Parts<'_, T> {
             self.acceleration[i] = acceleration[i] + duration * velocity[i] - half * duration * *x;
         }
         for (k, adjoint) in adjoints.iter_mut().enumerate() {
-            let met = [self.sliding[k], contacts[k].deflection()];
-            let by_mean = half * adjoint.by_mean(of(k), duration, met);
+            let by_mean = half * adjoint.by_mean(&contacts[k], self.sliding[k]);
             spread(rows.row(k), by_mean, self.acceleration);
         }
         if structure.is_reduced() {
@@ -174,8 +173,7 @@ impl<T: Scalar> Parts<'_, T> {
             let mut by_sliding = adjoint.before + adjoint.trace.by_mean - self.dampers[k] * moved;
             let place = M::PARAMETERS * k.min(companions.len() - 1);
             let gradient = &mut gradient[place..place + M::PARAMETERS];
-            let end = contacts[k].deflection();
-            by_sliding += adjoint.pull_back(of(k), duration, end, by, gradient);
+            by_sliding += adjoint.pull_back(of(k), duration, &contacts[k], by, gradient);
             spread(rows.row(k), by_sliding, velocity);
         }
     }
@@ -204,28 +202,28 @@ pub fn backwards<S: Clone, E>(
     steps: usize,
     between: usize,
     mut step: impl FnMut(usize, &mut S) -> Result<(), E>,
-    mut back: impl FnMut(usize, S) -> Result<(), E>,
+    mut back: impl FnMut(usize, &mut S) -> Result<(), E>,
 ) -> Result<(), E> {
     let between = between.max(1);
     let mut kept = alloc::vec![start];
     for first in (0..steps).step_by(between).skip(1) {
-        let Some(mut state) = kept.last().cloned() else { break };
-        (first - between..first).try_for_each(|n| step(n, &mut state))?;
-        kept.push(state);
+        kept.extend_from_within(kept.len() - 1..);
+        let Some(state) = kept.last_mut() else { break };
+        (first - between..first).try_for_each(|n| step(n, state))?;
     }
-    let mut last = steps;
+    let (mut last, mut states) = (steps, alloc::vec::Vec::new());
     while let Some(state) = kept.pop() {
         let first = kept.len() * between;
         // The state at the end of all but the last stretch begins the one after, and is done.
         let end = if last < steps { last - 1 } else { last };
-        let mut states = alloc::vec![state];
+        states.clear();
+        states.push(state);
         for n in first..end {
-            let Some(mut state) = states.last().cloned() else { break };
-            step(n, &mut state)?;
-            states.push(state);
+            states.extend_from_within(states.len() - 1..);
+            states.last_mut().map_or(Ok(()), |state| step(n, state))?;
         }
-        while let Some(state) = states.pop() {
-            back(first + states.len(), state)?;
+        for (place, state) in states.iter_mut().enumerate().rev() {
+            back(first + place, state)?;
         }
         last = first;
     }

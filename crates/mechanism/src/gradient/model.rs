@@ -2,6 +2,7 @@
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
+use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Bristle, Dahl, FrBd, Scalar, Surface};
 
 /// A model of one spring whose four coefficients have known derivatives with respect to its
@@ -25,15 +26,28 @@ fn add<T: Scalar, const N: usize>(gradient: &mut [T], terms: [T; N]) {
     gradient.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
 }
 
-/// ∂μ/∂(μ_s, μ_d, v_S, σ2) of a curve, without scale.
-fn by_curve<T: Scalar>(curve: &Stribeck<T>, speed: T) -> [T; 4] {
+/// A curve at a speed, without scale: μ, ∂μ/∂|v|, and ∂μ/∂(μ_s, μ_d, v_S, σ2), with one
+/// exponential.
+fn curve<T: Scalar>(curve: &Stribeck<T>, speed: T) -> (T, T, [T; 4]) {
     let p = curve.parameters();
+    let (drop, exponent) = (p.static_coefficient - p.dynamic_coefficient, p.stribeck_exponent);
     let share = speed / p.stribeck_velocity;
-    let power = if share > T::zero() { share.powf(p.stribeck_exponent) } else { T::zero() };
+    let power = if exponent == lit(2.0) {
+        share * share
+    } else if exponent == T::one() || is_zero(share) {
+        share
+    } else {
+        share.powf(exponent)
+    };
     let decay = (-power).exp();
-    let drop = p.static_coefficient - p.dynamic_coefficient;
-    let by_velocity = drop * decay * p.stribeck_exponent * power / p.stribeck_velocity;
-    [decay, T::one() - decay, by_velocity, speed]
+    let fall = drop * decay * exponent;
+    let by_velocity = fall * power / p.stribeck_velocity;
+    // At rest: 0 for δ > 1, 1 for δ = 1.
+    let steepness = if is_zero(share) && exponent > T::one() { share } else { power / share };
+    let steepness = if is_zero(share) && exponent == T::one() { T::one() } else { steepness };
+    let slope = p.viscous_friction - fall * steepness / p.stribeck_velocity;
+    let mu = p.dynamic_coefficient + p.viscous_friction * speed + drop * decay;
+    (mu, slope, [decay, T::one() - decay, by_velocity, speed])
 }
 
 /// The parameters μ_s, μ_d, v_S, σ2, σ0, σ1, in this order; the Stribeck exponent is kept.
@@ -44,8 +58,9 @@ impl<T: Scalar> Differentiable<T> for FrBd<Stribeck<T>, KelvinVoigt<T>> {
     fn pull_back(&self, surface: Surface<T>, by: &Affine<T>, gradient: &mut [T]) -> [T; 2] {
         let bristle = self.rheology().parameters();
         let [stiffness, damping] = [bristle.micro_stiffness, bristle.micro_damping];
-        let (mu, mu_slope) = surface.friction_and_slope(self.curve());
         let speed = surface.speed();
+        let (unscaled, slope, curve) = curve(self.curve(), speed);
+        let mu = surface.apply(unscaled);
         let inverse = T::one() / (damping * speed + mu);
         let (drive, share) = (mu * inverse, speed * inverse);
         let by_drive = by.drive + stiffness * by.stiffness + damping * by.damping;
@@ -53,23 +68,22 @@ impl<T: Scalar> Differentiable<T> for FrBd<Stribeck<T>, KelvinVoigt<T>> {
         let across = (by_drive * damping - by_share) * inverse * inverse;
         let by_mu = across * speed;
         let by_speed = -across * mu;
-        let curve = by_curve(self.curve(), speed);
-        let [a, b, c, d] = curve.map(|slope| by_mu * surface.apply(slope));
+        let by_unscaled = surface.apply(by_mu);
+        let [a, b, c, d] = curve.map(|slope| by_unscaled * slope);
         let by_stiffness = by.stiffness * drive + by.relaxation * share;
         let by_damping = by.damping * drive - (by_drive * drive + by_share * share) * share;
         add(gradient, [a, b, c, d, by_stiffness, by_damping]);
-        let unscaled = mu / surface.scale();
-        [by_mu * mu_slope + by_speed * surface.direction(), by_mu * unscaled]
+        [(by_unscaled * slope + by_speed) * surface.direction(), by_mu * unscaled]
     }
 
     fn pull_back_stationary(&self, surface: Surface<T>, by: T, gradient: &mut [T]) -> [T; 2] {
         let stiffness = self.rheology().parameters().micro_stiffness;
-        let (mu, slope) = surface.friction_and_slope(self.curve());
+        let (mu, slope, curve) = curve(self.curve(), surface.speed());
         let by = by / stiffness;
-        let curve = by_curve(self.curve(), surface.speed());
-        let [a, b, c, d] = curve.map(|slope| by * surface.apply(slope));
-        add(gradient, [a, b, c, d, -by * mu / stiffness, T::zero()]);
-        [by * slope, by * mu / surface.scale()]
+        let scaled = surface.apply(by);
+        let [a, b, c, d] = curve.map(|slope| scaled * slope);
+        add(gradient, [a, b, c, d, -scaled * mu / stiffness, T::zero()]);
+        [scaled * slope, by * mu]
     }
 }
 

@@ -113,10 +113,10 @@ fn gradient(between: usize) -> (Vec<f64>, usize) {
         other.step(n, state);
         Ok::<_, bristle::ParameterError>(())
     };
-    backwards(start, STEPS, between, step, |n, mut state| {
+    backwards(start, STEPS, between, step, |n, state| {
         let at = state.clone();
         if n < STEPS {
-            let State { motion: [position, velocity, acceleration], contacts } = &mut state;
+            let State { motion: [position, velocity, acceleration], contacts } = state;
             let motion = ArmMotion { position, velocity, acceleration };
             let [position, velocity, acceleration] = &mut by;
             let contacts_by = &mut by_contacts[..];
@@ -251,20 +251,19 @@ fn the_gradient_of_a_linear_mechanism_is_that_of_dual_numbers() {
             let inputs = Inputs { force: &force, prescribed: &prescribed, load: &load };
             other.step(0.01, &inputs, Motion { position, velocity }, &companions, contacts)
         };
-        backwards(start, steps, 17, step, |n, ([mut position, mut velocity], mut contacts)| {
+        backwards(start, steps, 17, step, |n, ([position, velocity], contacts)| {
             if n == steps {
                 return Ok(());
             }
             let (force, prescribed, load) = acting(n);
             let inputs = Inputs { force: &force, prescribed: &prescribed, load: &load };
-            let motion = Motion { position: &mut position, velocity: &mut velocity };
+            let motion = Motion { position, velocity };
             let adjoint = Adjoint {
                 position: &mut by_position,
                 velocity: &mut by_velocity,
                 force: &mut by_force,
                 contacts: &mut by_contacts,
             };
-            let contacts = &mut contacts;
             mechanism.pull_back(
                 0.01,
                 &inputs,
