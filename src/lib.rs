@@ -41,6 +41,12 @@
 //! | `bristle-convert` | parameters of other tools |
 //! | `bristle-files` | scenes from files, as a program |
 //!
+//! Guides, in the repository: `docs/choosing.md` (which model, step and solver), `control-loop.md`,
+//! `embedded.md`, `paper.md` (the paper's experiments), `experiments.md` (the classical ones, and
+//! other models of the field), `work-precision.md` (beside other ODE codes), `gallery.md` (all
+//! charts); in the folders `docs` of the crates `plane.md`, `joint.md`, `rolling-contact.md`,
+//! `identification.md`, `files.md` and `coming-from.md` (parameters of other tools).
+//!
 //! ```
 //! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};
 //!
