@@ -38,7 +38,7 @@ use crate::{RecursiveLeastSquares, RecursiveLeastSquaresParameters};
 /// What is estimated. Torques in N m and radians for an axis that turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionEstimate<T> {
-    /// Normal force p0 \[N\] of the idle axis, with which the bristle model gives its Coulomb level.
+    /// Normal force p0 \[N\] of the idle axis; with the model, its Coulomb level.
     #[doc(alias = "level")]
     pub idle_load: T,
     /// Share k \[–\] of the load in the normal force.

@@ -15,10 +15,10 @@
 //!
 //! P⁻¹ ← λ P⁻¹ + φφᵀ/r + eᵢeᵢᵀ (λ⁻ᴺ − 1)/P₀ᵢᵢ,  θ ← θ + Pφ (y − φᵀθ)/r
 //!
-//! so that P ≤ P₀ for every sequence of regressors: no wind-up. Plain forgetting lets P grow without
-//! bound while a machine moves at one speed. P₀ is the variance of uniform distributions within the
-//! bounds of the parameters. Forgetting along φ alone also bounds P, but hardly ever forgets what is
-//! poorly excited: after a step of 30 % in the level of an axis a fifth of it stood as drag.
+//! so that P ≤ P₀ for every sequence of regressors: no wind-up. Plain forgetting lets P grow
+//! without bound while a machine moves at one speed. P₀ is the variance of uniform distributions
+//! within the bounds of the parameters. Forgetting along φ alone bounds P, too, but hardly ever
+//! forgets what is poorly excited: it left a third of a step in the level of an axis as drag.
 //!
 //! D never loses its sign, as P itself would in single precision. A parameter that leaves its
 //! bounds is set to the bound, and the others move as their covariances with it say.

@@ -109,13 +109,20 @@ fn at_a_bound_the_others_take_the_rest() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 100,
+        failure_persistence: None,
+        ..Default::default()
+    })]
 
     /// P ≤ P₀ and θ within its bounds whatever comes, in single precision: one direction for long,
     /// outliers, numbers of any size, NaN.
     #[test]
     fn no_sequence_winds_it_up(
-        turns in prop::collection::vec((prop::array::uniform3(-1e3_f32..1e3), -1e6_f32..1e6, 1..400_u32), 1..8),
+        turns in prop::collection::vec(
+            (prop::array::uniform3(-1e3_f32..1e3), -1e6_f32..1e6, 1..400_u32),
+            1..8,
+        ),
         memory in 6.0..1e4,
     ) {
         let mut recursive = RecursiveLeastSquares::<f32, 3>::new(settings(memory)).unwrap();

@@ -24,7 +24,7 @@
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Cholesky, Const, Matrix3, SMatrix, SVector, Vector3};
 
 use crate::FrictionEllipsoid;
 
@@ -45,8 +45,15 @@ impl<T: Scalar> Push<T> {
         self.twist.component_mul(&metric).angle(&predicted.component_mul(&metric))
     }
 
-    pub(crate) fn checked(pushes: &[Self], least: usize) -> Result<(), ParameterError> {
+    pub(crate) fn checked(
+        pushes: &[Self],
+        least: usize,
+        deviation: &Vector3<T>,
+    ) -> Result<(), ParameterError> {
         Named("pushes", pushes.len()).count(least)?;
+        for (axis, &deviation) in deviation.iter().enumerate() {
+            ParameterError::of_component(axis, Named("deviation", deviation).positive())?;
+        }
         for (number, push) in pushes.iter().enumerate() {
             let checked = Named("twist", push.twist.norm())
                 .positive()
@@ -146,10 +153,8 @@ impl<T: Scalar> FrictionEllipsoid<T> {
     ) -> Result<EllipsoidFit<T>, PushFitError> {
         let entries = family.entries();
         let count = entries.iter().max().map_or(0, |last| last + 1);
-        Push::checked(pushes, count)?;
-        for (axis, &deviation) in deviation.iter().enumerate() {
-            ParameterError::of_component(axis, Named("deviation", deviation).positive())?;
-        }
+        let undetermined = PushFitError::Undetermined(count);
+        Push::checked(pushes, count, deviation)?;
         let mean = |of: fn(&Vector3<T>) -> T| {
             pushes.iter().fold(T::zero(), |sum, push| sum + of(&push.wrench))
                 / lit(pushes.len() as f64)
@@ -160,9 +165,8 @@ impl<T: Scalar> FrictionEllipsoid<T> {
         let (mut damping, mut normal) =
             (lit::<T>(1e-3), squares(pushes, entries, deviation, &factor));
         for _ in 0..200 {
-            let Some(step) = solved(&normal, count, damping) else {
-                return Err(PushFitError::Undetermined(count));
-            };
+            let solver = factored(&normal.0, count, damping).ok_or(undetermined)?;
+            let step = solver.solve(&normal.1);
             let mut next = factor;
             for (&parameter, &place) in entries.iter().zip(&PLACES) {
                 next[place] += step[parameter];
@@ -176,7 +180,14 @@ impl<T: Scalar> FrictionEllipsoid<T> {
                 damping *= lit(10.0);
             }
             if settled {
-                return finished(factor, &normal, entries, count, pushes.len());
+                let inverse = factored(&normal.0, count, T::zero()).ok_or(undetermined)?.inverse();
+                let scatter = (normal.2 / lit((3 * pushes.len() - count) as f64)).sqrt();
+                let mut standard_errors = Matrix3::zeros();
+                for (&parameter, &place) in entries.iter().zip(&PLACES) {
+                    standard_errors[place] = scatter * inverse[(parameter, parameter)].sqrt();
+                }
+                let ellipsoid = Self::of_factor(Some(factor), factor)?;
+                return Ok(EllipsoidFit { ellipsoid, factor, standard_errors, scatter });
             }
         }
         Err(PushFitError::NotConverged(200))
@@ -213,54 +224,19 @@ fn squares<T: Scalar>(
     (matrix, right, sum)
 }
 
-/// The step of Marquardt, in units in which the diagonal is one; none where the matrix is singular.
-fn solved<T: Scalar>(normal: &Normal<T>, count: usize, damping: T) -> Option<SVector<T, 6>> {
-    let unit = units(&normal.0, count)?;
-    let mut matrix = scaled(&normal.0, &unit, count);
-    (0..count).for_each(|i| matrix[(i, i)] += damping);
-    let solution = matrix.cholesky()?.solve(&normal.1.component_mul(&unit));
-    Some(solution.component_mul(&unit))
-}
-
-fn units<T: Scalar>(matrix: &SMatrix<T, 6, 6>, count: usize) -> Option<SVector<T, 6>> {
-    let positive = (0..count).all(|i| matrix[(i, i)] > T::zero());
-    let unit = |i: usize| if i < count { T::one() / matrix[(i, i)].sqrt() } else { T::zero() };
-    positive.then(|| SVector::from_fn(|i, _| unit(i)))
-}
-
-fn scaled<T: Scalar>(
+/// JᵀJ with its diagonal times 1 + damping, factored; none where it leaves a parameter open.
+fn factored<T: Scalar>(
     matrix: &SMatrix<T, 6, 6>,
-    unit: &SVector<T, 6>,
     count: usize,
-) -> SMatrix<T, 6, 6> {
-    SMatrix::from_fn(|i, j| {
-        let unused = i == j && i >= count;
-        if unused { T::one() } else { matrix[(i, j)] * unit[i] * unit[j] }
-    })
-}
-
-fn finished<T: Scalar>(
-    factor: Matrix3<T>,
-    normal: &Normal<T>,
-    entries: &[usize],
-    count: usize,
-    pushes: usize,
-) -> Result<EllipsoidFit<T>, PushFitError> {
-    let undetermined = PushFitError::Undetermined(count);
-    let unit = units(&normal.0, count).ok_or(undetermined)?;
-    let eigen = scaled(&normal.0, &unit, count).symmetric_eigen();
-    if !(eigen.eigenvalues.min() > T::default_epsilon() * lit(1e3)) {
-        return Err(undetermined);
+    damping: T,
+) -> Option<Cholesky<T, Const<6>>> {
+    let mut matrix = *matrix;
+    for i in 0..6 {
+        let used = matrix[(i, i)] * (T::one() + damping);
+        matrix[(i, i)] = if i < count { used } else { T::one() };
     }
-    let inverse = eigen.eigenvectors
-        * SMatrix::from_diagonal(&eigen.eigenvalues.map(|value| T::one() / value))
-        * eigen.eigenvectors.transpose();
-    let free = lit::<T>((3 * pushes - count) as f64);
-    let scatter = (normal.2 / free).sqrt();
-    let mut standard_errors = Matrix3::zeros();
-    for (&parameter, &place) in entries.iter().zip(&PLACES) {
-        standard_errors[place] = scatter * unit[parameter] * inverse[(parameter, parameter)].sqrt();
-    }
-    let ellipsoid = FrictionEllipsoid::of_factor(Some(factor), factor)?;
-    Ok(EllipsoidFit { ellipsoid, factor, standard_errors, scatter })
+    let factor = matrix.cholesky()?;
+    // What is left of a parameter's information once the others are free.
+    let left = |i: usize| factor.l_dirty()[(i, i)].powi(2) / matrix[(i, i)];
+    (0..count).all(|i| left(i) > T::default_epsilon() * lit(1e3)).then_some(factor)
 }

@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::Named;
 use bristle::scalar::{is_zero, lit};
 use nalgebra::Vector3;
 
@@ -46,8 +46,10 @@ impl<T: Scalar> Support<T> {
     ///         sum + Vector3::new(f_x, f_y, x * f_y - y * f_x)
     ///     })
     /// };
-    /// let twists = (0..20).map(|k| Vector3::new(0.01 * f64::from(k % 3), 0.004, 0.01 * f64::from(k)));
-    /// let pushes: Vec<_> = twists.map(|twist| Push { twist, wrench: wrench(&twist) }).collect();
+    /// let pushes: Vec<_> = (0..20)
+    ///     .map(|k| 0.01 * Vector3::new(f64::from(k % 3), 0.4, f64::from(k)))
+    ///     .map(|twist| Push { twist, wrench: wrench(&twist) })
+    ///     .collect();
     /// let found = Support::fit(&feet, &pushes, &Vector3::new(0.1, 0.1, 5e-3), 1e-9)?;
     /// assert!((found.friction - 6.0).abs() < 1e-4 && (found.points[0].weight - 0.5).abs() < 1e-4);
     /// # Ok::<(), bristle_plane::PushFitError>(())
@@ -64,10 +66,7 @@ impl<T: Scalar> Support<T> {
         deviation: &Vector3<T>,
         regulariser: T,
     ) -> Result<Self, PushFitError> {
-        Push::checked(pushes, 1)?;
-        for (axis, &deviation) in deviation.iter().enumerate() {
-            ParameterError::of_component(axis, Named("deviation", deviation).positive())?;
-        }
+        Push::checked(pushes, 1, deviation)?;
         let regulariser = Named("regulariser", regulariser).positive()?;
         let sum = FootprintPoint::checked_sum(points)?;
         // Normal equations G c = b of what each point carries.
@@ -84,14 +83,9 @@ impl<T: Scalar> Support<T> {
         }
         // The friction with the shares given, and its square as the unit of the regulariser.
         let shares: Vec<T> = points.iter().map(|point| point.weight / sum).collect();
-        let product = |row: &[T], of: &[T]| {
-            row.iter().zip(of).fold(T::zero(), |sum, (&entry, &x)| sum + entry * x)
-        };
-        let stiff = matrix
-            .chunks(count)
-            .zip(&shares)
-            .fold(T::zero(), |sum, (row, &share)| sum + share * product(row, &shares));
-        let prior = (product(&right, &shares) / stiff).larger(T::zero());
+        let together = matrix.chunks(count).map(|row| dot(row, &shares));
+        let stiff = dot(&shares, &together.collect::<Vec<_>>());
+        let prior = (dot(&right, &shares) / stiff).larger(T::zero());
         let weight = regulariser * stiff / lit(pushes.len() as f64) * lit(count as f64);
         for ((i, right), &share) in right.iter_mut().enumerate().zip(&shares) {
             *right += weight * prior * share;
@@ -132,24 +126,33 @@ fn unit_wrench<T: Scalar>(
     lever.wrench(&(velocity / speed)).component_div(deviation)
 }
 
-/// The minimum of ½ cᵀG c − bᵀc with c ≥ 0, one unknown after the other.
+/// x·y
+fn dot<T: Scalar>(x: &[T], y: &[T]) -> T {
+    x.iter().zip(y).fold(T::zero(), |sum, (&x, &y)| sum + x * y)
+}
+
+/// The minimum of ½ cᵀG c − bᵀc with c ≥ 0, one unknown after the other, until the residual of no
+/// unknown that is free is above √ε max|b|.
 fn minimised<T: Scalar>(
     matrix: &[T],
     right: &[T],
     mut carried: Vec<T>,
 ) -> Result<Vec<T>, PushFitError> {
     const SWEEPS: u32 = 100_000;
-    let count = right.len();
+    let fine = T::default_epsilon().sqrt() * right.iter().fold(T::zero(), |m, b| m.larger(b.abs()));
     for _ in 0..SWEEPS {
-        let (mut moved, mut largest) = (T::zero(), T::zero());
-        for (i, (row, &right)) in matrix.chunks(count).zip(right).enumerate() {
-            let gradient = row.iter().zip(&carried).fold(-right, |sum, (&g, &c)| sum + g * c);
-            let after = (carried[i] - gradient / row[i]).larger(T::zero());
-            moved = moved.larger((after - carried[i]).abs());
-            largest = largest.larger(after);
-            carried[i] = after;
+        let mut worst = T::zero();
+        for (i, (row, &right)) in matrix.chunks(right.len()).zip(right).enumerate() {
+            let (Some(&diagonal), residual) = (row.get(i), right - dot(row, &carried)) else {
+                continue;
+            };
+            if let Some(c) = carried.get_mut(i) {
+                let held = *c <= T::zero() && residual <= T::zero();
+                worst = if held { worst } else { worst.larger(residual.abs()) };
+                *c = (*c + residual / diagonal).larger(T::zero());
+            }
         }
-        if moved <= lit::<T>(16.0) * T::default_epsilon() * largest {
+        if worst <= fine {
             return Ok(carried);
         }
     }
