@@ -1,24 +1,26 @@
-//! A run allocates nothing: neither its construction nor a step, a rejection, a reversal or an
-//! event.
+//! Nothing is allocated: neither in a step, nor by a run, its construction, a rejection, a reversal
+//! or an event.
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use core::ops::ControlFlow;
 
 use bristle::curve::Stribeck;
+use bristle::exponential::Exponential;
 use bristle::ode::{
     Direction, DormandPrince, DormandPrince8, Event, Method, Rodas4, Rodas5P, RungeKutta4, Solver,
     Statistics, Step, Tolerances,
 };
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::MassSpringDamper;
-use bristle::{Bristle, FrBd, paper};
+use bristle::signal::{Sine, SineParameters};
+use bristle::{Bristle, FrBd, ImplicitBristle, paper};
+use bristle_specimens::specimens::table_2;
 use nalgebra::Vector3;
 
 type Rig = MassSpringDamper<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
 
 fn rig() -> Rig {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let (curve, bristle) = table_2();
     let contact = FrBd::new(curve, bristle).under_load(1.0).unwrap();
     MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap()
 }
@@ -55,6 +57,31 @@ fn a_streamed_run_allocates_nothing() {
     let (count, statistics) = allocations(&Solver::fixed(RungeKutta4, 5e-3).unwrap());
     assert!(statistics.reversals > 0, "{statistics}");
     assert_eq!(count, 0);
+}
+
+#[test]
+fn no_step_allocates() {
+    let (curve, bristle) = table_2();
+    let contact = FrBd::new(curve, bristle).under_load(1.0).unwrap();
+    let solved = ImplicitBristle::new(curve, bristle).unwrap();
+    let wave = SineParameters { mean: 0.001, amplitude: 0.01, frequency: 25.0, phase: 0.0 };
+    let (wave, mut rejected) = (Sine::new(wave).unwrap(), 0);
+    let counted = allocation_counter::measure(|| {
+        let (mut companion, mut z) = (contact.companion(1.0).unwrap(), 0.0);
+        for load in (0..1000).map(|n| 1.0 + f64::sin(f64::from(n))) {
+            let left = companion.reload(load, 0.01, z).unwrap().deflection;
+            let left = companion.renew(load, left).unwrap().deflection;
+            z = companion.step(0.01, left, 1e-3).commit(0.02).deflection;
+            assert!(solved.hold(0.01 * load, z, 1e-3).deflection.is_finite());
+            assert!(solved.linearised(0.01 * load, z).rate.is_finite());
+        }
+        let solver = Exponential::<5>.adaptive(1e-8).unwrap();
+        let run = solver.sample(&contact, &wave, 0.0..0.4, 0.0, 101, |_, _| {});
+        rejected = run.unwrap().rejected;
+        assert!(Exponential::<4>.step(&contact, |s| 0.01 - 0.03 * s, 0.0, 1e-3).work > 0.0);
+    });
+    assert!(rejected > 0);
+    assert_eq!(counted.count_total, 0);
 }
 
 #[cfg(feature = "alloc")]

@@ -226,18 +226,3 @@ fn in_single_precision_it_is_the_same_step() {
         assert!(off.abs() < allowed, "{velocity:e} {deflection:e} {duration:e}: {off:e}");
     }
 }
-
-#[test]
-fn a_step_allocates_nothing() {
-    let sets = Set::all();
-    let models: Vec<_> = sets.iter().map(|set| (set.model(), set)).collect();
-    let counted = allocation_counter::measure(|| {
-        for (model, set) in &models {
-            let unit = set.curve.stribeck_velocity;
-            assert!(model.hold(unit, 0.0, 1.0).deflection.is_finite());
-            assert!(model.hold(-3.0 * unit, 1e-4, 1e-3).deflection.is_finite());
-            assert!(model.linearised(unit, 1e-5).rate.is_finite());
-        }
-    });
-    assert_eq!(counted.count_total, 0);
-}

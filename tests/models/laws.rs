@@ -885,51 +885,38 @@ fn lag_loop(specimen: &Specimen<f64>, v0: f64, amplitude: f64, omega: f64) -> f6
 
 #[test]
 fn lag_loops_are_normal_where_the_curve_falls_and_reversed_where_it_rises() {
-    let r = Recipe::TABLE_2;
+    let mut met = 0;
     // μ' < 0 in the Stribeck range and > 0 well above it.
     for (v0, falls) in [(3e-3, true), (0.3, false)] {
-        let slope = {
-            let mu = |v: f64| Curve::Stribeck(2.0).mu(&r, v);
-            (mu(v0 * 1.001) - mu(v0 * 0.999)) / (0.002 * v0)
-        };
+        let mu = |v: f64| Curve::Stribeck(2.0).mu(&Recipe::TABLE_2, v);
+        let slope = (mu(v0 * 1.001) - mu(v0 * 0.999)) / (0.002 * v0);
         assert_eq!(slope < 0.0, falls);
-        for damping in [0.0, 0.5, 64.5, 500.0] {
-            let r = Recipe { damping, ..r };
-            let loops = |family| {
-                let specimen = specimens::<f64>(&r)
-                    .into_iter()
-                    .find(|s| {
-                        s.form.family == family
-                            && s.form.curve == Curve::Stribeck(2.0)
-                            && s.form.modulus == Modulus::Exact
-                            && (s.form.stiffness, s.form.damping)
-                                == (Element::Constant, Element::Constant)
-                    })
-                    .unwrap();
-                let (g, speed) = (specimen.form.resistance(v0, 0.0), v0);
-                let (s0, s1) = (r.stiffness, r.damping);
+        for s1 in [0.0, 0.5, 64.5, 500.0] {
+            let r = Recipe { damping: s1, ..Recipe::TABLE_2 };
+            for specimen in specimens::<f64>(&r) {
+                let form = &specimen.form;
+                let plain = (form.curve, form.modulus, form.stiffness, form.damping)
+                    == (Curve::Stribeck(2.0), Modulus::Exact, Element::Constant, Element::Constant);
+                if !plain || !matches!(form.family, Family::FrBd | Family::LuGreInside) {
+                    continue;
+                }
+                met += 1;
+                let (g, s0) = (form.resistance(v0, 0.0), r.stiffness);
                 // At the corner of the lag, where the loop is widest.
-                let (lambda, a) = (s0 * speed / g, 1e-3 * v0);
+                let (lambda, a) = (s0 * v0 / g, 1e-3 * v0);
                 let got = lag_loop(&specimen, v0, a, lambda) / (std::f64::consts::PI * a * a);
+                let flips = form.family == Family::LuGreInside && s1 * v0 > g;
+                assert_eq!(got > 0.0, falls != flips, "{} at {v0}: {got}", specimen.name());
                 // π a² Im G(iλ), with G the transfer function of the linearised model (LuGre: h₁ =
-                // v g'/g in place of |v|μ'/g).
-                let of_lag = (s1 * lambda - s0) * lambda / (2.0 * lambda * lambda);
-                (got, of_lag * speed / g, s1 * speed > g)
-            };
-            let (got, per_slope, _) = loops(Family::FrBd);
-            assert_eq!(got > 0.0, falls, "FrBD, σ1 = {damping}, v0 = {v0}: {got}");
-            // The amplitude is a thousandth of v0, so second-order terms are 1e-6; the loop is
-            // settled to e^{−12π}, and 200 RK4 steps per turn leave 1e-7.
-            assert_within(1e-4, slope.abs() * per_slope.abs(), got, slope * per_slope, || {
-                format!("FrBD, σ1 = {damping}, v0 = {v0}")
-            });
-            let (got, per_slope, flipped) = loops(Family::LuGreInside);
-            assert_eq!(got > 0.0, falls != flipped, "LuGre, σ1 = {damping}, v0 = {v0}: {got}");
-            assert_within(1e-4, slope.abs() * per_slope.abs(), got, slope * per_slope, || {
-                format!("LuGre, σ1 = {damping}, v0 = {v0}")
-            });
+                // v g'/g in place of |v|μ'/g). The amplitude is a thousandth of v0, so second-order
+                // terms are 1e-6; the loop is settled to e^{−12π}, and 200 RK4 steps per turn leave
+                // 1e-7.
+                let want = slope * (s1 * lambda - s0) / (2.0 * lambda) * v0 / g;
+                assert_within(1e-4, want.abs(), got, want, || specimen.name());
+            }
         }
     }
+    assert_eq!(met, 16);
 }
 
 // Denied laws

@@ -332,40 +332,38 @@ fn refusals_read_well() {
     let dry = CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 };
     let viscous = CoulombParameters { viscous_friction: -0.25, ..dry };
     let plastic = ElastoPlastic::new(Coulomb::new(dry).unwrap(), kelvin_voigt(1e4, 60.0), 6.25e-5);
-    for (refused, message) in [
-        (spring(f64::NAN), "micro_stiffness is NaN, but must lie between 1e-100 and 1e100"),
-        (spring(f32::INFINITY), "micro_stiffness is inf, but must lie between 1e-18 and 1e15"),
-        (spring(1.5e200), "micro_stiffness is 1.5e200, but must lie between 1e-100 and 1e100"),
-        (
-            Coulomb::new(viscous).map(drop),
-            "viscous_friction is -0.25, but must lie between 0 and 1e100",
-        ),
-        (
-            stribeck::<f64>(0.4, 0.5),
-            "static_coefficient is 0.4, but must be at least dynamic_coefficient = 0.5",
-        ),
-        (
-            table([(0.0, 0.4), (0.2, 0.3), (0.1, 0.3)]),
-            "speed[2] is 0.1, but must be larger than its predecessor 0.2",
-        ),
-        (table([(0.5, 0.4), (0.2, 0.3), (0.1, 0.3)]), "speed[0] is 0.5, but must be exactly 0"),
-        (
-            table([(0.0, 0.4), (0.2, -3e-7), (0.3, 0.3)]),
-            "coefficient[1] is -3e-7, but must lie between 1e-100 and 1e100",
-        ),
-        (
-            table([(0.0, 0.4), (1e300, 0.4), (0.3, 0.3)]),
-            "speed[1] is 1e300, but must lie between -1e100 and 1e100",
-        ),
-        (Tabulated::new([] as [Knot<f64>; 0]).map(drop), "there must be at least 2 knots, not 0"),
-        (plastic.map(drop), "stick_limit is 6.25e-5, but must be below min μ/σ0 = 5e-5"),
+    let refusals = [
+        spring(f64::NAN),
+        spring(f32::INFINITY),
+        spring(1.5e200),
         // Singles with their own digits, not those of the double next to them.
-        (spring(-1e-7_f32), "micro_stiffness is -1e-7, but must lie between 1e-18 and 1e15"),
-        (
-            stribeck::<f32>(0.1, 0.3),
-            "static_coefficient is 0.1, but must be at least dynamic_coefficient = 0.3",
-        ),
-    ] {
+        spring(-1e-7_f32),
+        Coulomb::new(viscous).map(drop),
+        stribeck::<f64>(0.4, 0.5),
+        stribeck::<f32>(0.1, 0.3),
+        table([(0.0, 0.4), (0.2, 0.3), (0.1, 0.3)]),
+        table([(0.5, 0.4), (0.2, 0.3), (0.1, 0.3)]),
+        table([(0.0, 0.4), (0.2, -3e-7), (0.3, 0.3)]),
+        table([(0.0, 0.4), (1e300, 0.4), (0.3, 0.3)]),
+        Tabulated::new([] as [Knot<f64>; 0]).map(drop),
+        plastic.map(drop),
+    ];
+    let messages = [
+        "micro_stiffness is NaN, but must lie between 1e-100 and 1e100",
+        "micro_stiffness is inf, but must lie between 1e-18 and 1e15",
+        "micro_stiffness is 1.5e200, but must lie between 1e-100 and 1e100",
+        "micro_stiffness is -1e-7, but must lie between 1e-18 and 1e15",
+        "viscous_friction is -0.25, but must lie between 0 and 1e100",
+        "static_coefficient is 0.4, but must be at least dynamic_coefficient = 0.5",
+        "static_coefficient is 0.1, but must be at least dynamic_coefficient = 0.3",
+        "speed[2] is 0.1, but must be larger than its predecessor 0.2",
+        "speed[0] is 0.5, but must be exactly 0",
+        "coefficient[1] is -3e-7, but must lie between 1e-100 and 1e100",
+        "speed[1] is 1e300, but must lie between -1e100 and 1e100",
+        "there must be at least 2 knots, not 0",
+        "stick_limit is 6.25e-5, but must be below min μ/σ0 = 5e-5",
+    ];
+    for (refused, message) in refusals.into_iter().zip(messages) {
         let error: Box<dyn std::error::Error> = Box::new(refused.unwrap_err());
         assert_eq!(error.to_string(), message);
     }

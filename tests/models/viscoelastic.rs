@@ -642,13 +642,13 @@ fn a_small_oscillation_is_answered_by_the_complex_modulus() {
 #[cfg(feature = "alloc")]
 #[test]
 fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
-    use bristle::Branch;
+    use bristle::Branch::Forward;
     use bristle::ode::{self, Output, System};
     use bristle::scene::PrescribedVelocity;
     use bristle::signal::{Sine, SineParameters};
 
-    let contact =
-        FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), zener(1e4, 2e4, 100.0)).under_load(2.0).unwrap();
+    let model = FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), zener(1e4, 2e4, 100.0));
+    let contact = model.under_load(2.0).unwrap();
     let held = PrescribedVelocity::new(contact, 0.02);
     let start = Vector2::new(1e-5, -2e-5);
     let run = ode::solve(&held, 0.0..0.05, start, 1e-9, Output::Steps).unwrap();
@@ -657,29 +657,20 @@ fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
     // The tolerance, over a few relaxations.
     assert!((state - exact.deflection).amax() < 1e-7 * 1e-4, "{state} and {}", exact.deflection);
     assert_within(1e-7, 3.0, held.friction_force(time, state), exact.end_force, || "F".into());
-    let scales = System::scales(&held);
-    assert_eq!(scales, Vector2::repeat(1.5 / 3e4));
+    assert_eq!(System::scales(&held), Vector2::repeat(1.5 / 3e4));
 
-    let sine = PrescribedVelocity::new(
-        contact,
-        Sine::new(SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 })
-            .unwrap(),
-    );
-    let (time, branch) = (0.05, [Branch::Forward]);
-    let tangent = sine.linearised(time, &start, branch).unwrap();
-    assert_eq!(tangent.rate, sine.rate(time, &start, branch));
-    for j in 0..2 {
-        let mut unit = Vector2::zeros();
-        unit[j] = 1.0;
+    let wave = SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 };
+    let sine = PrescribedVelocity::new(contact, Sine::new(wave).unwrap());
+    let rate = |time: f64, state: Vector2<f64>| sine.rate(time, &state, [Forward]);
+    let tangent = sine.linearised(0.05, &start, [Forward]).unwrap();
+    assert_eq!(tangent.rate, rate(0.05, start));
+    for (unit, got) in [Vector2::x(), Vector2::y()].iter().zip(tangent.by_state.column_iter()) {
         // Affine in the state.
-        let column = sine.rate(time, &(start + unit), branch) - tangent.rate;
-        let got = tangent.by_state.column(j).into_owned();
+        let column = rate(0.05, start + unit) - tangent.rate;
         assert!((column - got).amax() <= ROUNDING * got.amax(), "{got} and {column}");
     }
     // Central differences over 1e-6 s: (2π 1e-6)² of it, and roundings of 1e-16/1e-6.
-    let h = 1e-6;
-    let slope =
-        (sine.rate(time + h, &start, branch) - sine.rate(time - h, &start, branch)) / (2.0 * h);
+    let slope = (rate(0.05 + 1e-6, start) - rate(0.05 - 1e-6, start)) / 2e-6;
     assert!((slope - tangent.by_time).amax() < 1e-7 * slope.amax(), "{slope} {}", tangent.by_time);
 }
 

@@ -384,17 +384,6 @@ fn each_spring_is_renewed() {
     }
 }
 
-#[test]
-fn a_change_of_the_load_allocates_nothing() {
-    let counted = allocation_counter::measure(|| {
-        let mut draw = Draw(7);
-        for by in [By::Reloading, By::Renewal] {
-            random_history(by, &table_2_frbd::<f64>(), 1.0, &mut draw, 1000, ROUNDING);
-        }
-    });
-    assert_eq!(counted.count_total, 0);
-}
-
 // Bad input
 
 #[test]

@@ -220,10 +220,9 @@ pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>
 pub fn specimens_under<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts, s: f64) -> Vec<Specimen<T>> {
     use Change::{Constant, Varying};
     let (k, e, d) = (p.stiffness, p.series, p.beside);
-    let eta = |i: usize| lit::<T>(e[i]);
-    let arm = |i: usize| (k[i], Some(e[i]));
     let mut list = Vec::new();
-    let l = &mut list;
+    // With series damping (1) and without (0).
+    let arm = |i: usize, relaxes| (k[i], (relaxes == 1).then_some(e[i]));
     let form = |name, arms: &[(f64, Option<f64>)], series, beside, beside_law| Form {
         arms: arms.to_vec(),
         series,
@@ -234,52 +233,41 @@ pub fn specimens_under<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts, s: f64) -> V
         recipe: *r,
         scale: s,
     };
-    push(l, form("Maxwell", &[arm(0)], Constant, 0.0, Constant), maxwell(k[0], eta(0)));
-    let law = |i: usize| Some(varying(r, e[i]));
-    let one = own_arms([(k[0], law(0))], T::zero());
-    push(l, form("own Maxwell", &[arm(0)], Varying, 0.0, Constant), one);
-    let two = [(k[0], None), arm(1)];
-    push(l, form("Zener", &two, Constant, 0.0, Constant), zener(k[0], k[1], eta(1)));
-    let own = own_arms([(k[0], None), (k[1], law(1))], T::zero());
-    push(l, form("own Zener", &two, Varying, 0.0, Constant), own);
-    let t = |x: f64| lit::<T>(x);
-    push(l, form("static arm", &two[..1], Constant, d, Constant), arms([(k[0], None)], t(d)));
-    push(
-        l,
-        form("two arms", &[arm(0), (k[1], None)], Constant, d, Constant),
-        arms([(k[0], Some(eta(0))), (k[1], None)], t(d)),
-    );
-    push(
-        l,
-        form("own arms", &[(k[0], None), arm(1), arm(2)], Varying, d, Varying),
-        own_arms([(k[0], None), (k[1], law(1)), (k[2], law(2))], varying(r, d)),
-    );
-    push(
-        l,
-        form("two static arms", &[(k[0], None), arm(1), (k[2], None)], Constant, 0.0, Constant),
-        arms([(k[0], None), (k[1], Some(eta(1))), (k[2], None)], T::zero()),
-    );
-    push(
-        l,
-        form("three arms that creep", &[arm(0), arm(1), arm(2)], Constant, d, Varying),
-        own_arms([0, 1, 2].map(|i| (k[i], Some(eta(i).into()))), varying(r, d)),
-    );
-    push(
-        l,
-        form("five arms", &[arm(0), arm(1), (k[2], None), arm(3), arm(4)], Constant, 0.0, Constant),
-        arms(
-            [
-                (k[0], Some(eta(0))),
-                (k[1], Some(eta(1))),
-                (k[2], None),
-                (k[3], Some(eta(3))),
-                (k[4], Some(eta(4))),
-            ],
-            T::zero(),
-        ),
-    );
-    let own = own_arms([(k[0], None), (k[1], Some(eta(1).into()))], varying(r, d));
-    push(l, form("own", &two, Constant, d, Varying), own);
+    /// The library's.
+    macro_rules! add {
+        ($name:literal, [$($i:literal: $relaxes:literal),*], $beside:expr) => {
+            let parts = [$(arm($i, $relaxes)),*];
+            let bristle = arms(parts.map(|(k, eta)| (k, eta.map(lit::<T>))), lit($beside));
+            push(&mut list, form($name, &parts, Constant, $beside, Constant), bristle);
+        };
+    }
+    /// With dampings of their own laws.
+    macro_rules! own {
+        ($name:literal, [$($i:literal: $relaxes:literal),*], $series:ident, $beside:expr) => {
+            let parts = [$(arm($i, $relaxes)),*];
+            let law = |eta| match $series {
+                Varying => varying::<T>(r, eta),
+                Constant => lit::<T>(eta).into(),
+            };
+            let series = parts.map(|(k, eta)| (k, eta.map(law)));
+            let (beside, of) = ($beside, if $beside == 0.0 { Constant } else { Varying });
+            let bristle = own_arms(series, varying(r, beside));
+            push(&mut list, form($name, &parts, $series, beside, of), bristle);
+        };
+    }
+    let one = form("Maxwell", &[arm(0, 1)], Constant, 0.0, Constant);
+    push(&mut list, one, maxwell(k[0], lit::<T>(e[0])));
+    let two = form("Zener", &[arm(0, 0), arm(1, 1)], Constant, 0.0, Constant);
+    push(&mut list, two, zener(k[0], k[1], lit::<T>(e[1])));
+    add!("static arm", [0: 0], d);
+    add!("two arms", [0: 1, 1: 0], d);
+    add!("two static arms", [0: 0, 1: 1, 2: 0], 0.0);
+    add!("five arms", [0: 1, 1: 1, 2: 0, 3: 1, 4: 1], 0.0);
+    own!("own Maxwell", [0: 1], Varying, 0.0);
+    own!("own Zener", [0: 0, 1: 1], Varying, 0.0);
+    own!("own arms", [0: 0, 1: 1, 2: 1], Varying, d);
+    own!("three arms that creep", [0: 1, 1: 1, 2: 1], Constant, d);
+    own!("own", [0: 0, 1: 1], Constant, d);
     list
 }
 
