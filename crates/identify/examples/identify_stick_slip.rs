@@ -4,8 +4,9 @@
 //! m v̇ = F − p μ,  Ḟ = k (V − v),  p = m g
 //!
 //! Events of a real contact are irregular, so the runs are compared by three statistics, computed
-//! by the same code for data and simulation: the mean fall of F/p at a slip (between turning points
-//! more than a threshold apart), the period (the first maximum of the autocorrelation after its
+//! by the same code for data and simulation: the fall of F/p at a slip (between turning points more
+//! than a threshold apart; the mean in which a fall counts by its size, so that small ones hardly
+//! do, whatever the threshold), the period (the first maximum of the autocorrelation after its
 //! first minimum), and the mean of F/p.
 //!
 //! `identify::least_squares` finds one set of parameters for all speeds. Sensitivities are exact,
@@ -60,7 +61,7 @@ enum Model {
 /// Statistics of a record of F/p. Zero where there is no stick-slip.
 #[derive(Debug, Clone, Copy)]
 struct Statistics<T> {
-    /// Mean fall at a slip \[–\].
+    /// Fall at a slip \[–\], Σ a²/Σ a over all falls a.
     amplitude: T,
     /// First maximum of the autocorrelation after its first minimum \[s\].
     period: T,
@@ -195,7 +196,11 @@ fn statistics<T: Scalar>(force: &[T], threshold: f64, row: f64) -> Statistics<T>
         _ => 0.0,
     };
     Statistics {
-        amplitude: sum(&falls) / count(falls.len()),
+        amplitude: if falls.is_empty() {
+            T::zero()
+        } else {
+            falls.iter().fold(T::zero(), |sum, &fall| sum + fall * fall) / sum(&falls)
+        },
         period: if falls.len() > 1 { period(force, mean) * number(row) } else { T::zero() },
         mean,
         fall: rows as f64 * row / falls.len().max(1) as f64,
@@ -478,20 +483,22 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     let count = rig.runs.len() + rig.unseen.len();
     let mut figure = Figure::new(760, 300 * count as u32)
         .title("Friction identified from the statistics of stick-slip");
-    println!("\nsimulated over measured   amplitude  period  mean  a fall");
+    println!("\n| simulated over measured | spring, speed | amplitude | period | mean | a fall |");
+    let share = if rig.mass_factor > 1.0 { "moving mass free" } else { "mass given" };
     for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {
         let (fitted, measured) = (place < rig.runs.len(), &run.measured);
         let rig_run = [run.speed, run.stiffness];
         let force = fine.simulate(&values, rig_run, measured.mean, 3.0 * rig.duration(run))?;
         let simulated = statistics(&force, rig.threshold, row);
         println!(
-            "{:24} {:10.3} {:7.3} {:5.3} {:7.3}{}",
-            run.name,
+            "| {:?}, {share} | {}{} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            rig.model,
+            run.name.trim(),
+            if fitted { "" } else { ", predicted" },
             simulated.amplitude / measured.amplitude,
             simulated.period / measured.period,
             simulated.mean / measured.mean,
-            simulated.fall / measured.fall,
-            if fitted { "" } else { "  not fitted" }
+            simulated.fall / measured.fall
         );
         let time = |place: usize| place as f64 * row;
         for (place, (&data, &model)) in run.force.iter().zip(&force).enumerate() {
