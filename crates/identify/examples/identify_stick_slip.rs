@@ -4,9 +4,8 @@
 //! m v̇ = F − p μ,  Ḟ = k (V − v),  p = m g
 //!
 //! Events of a real contact are irregular, so the runs are compared by three statistics, computed
-//! by the same code for data and simulation: the fall of F/p at a slip (between turning points more
-//! than a threshold apart; the mean in which a fall counts by its size, so that small ones hardly
-//! do, whatever the threshold), the period (the first maximum of the autocorrelation after its
+//! by the same code for data and simulation: the mean fall of F/p at a slip (between turning points
+//! more than a threshold apart), the period (the first maximum of the autocorrelation after its
 //! first minimum), and the mean of F/p.
 //!
 //! `identify::least_squares` finds one set of parameters for all speeds. Sensitivities are exact,
@@ -61,7 +60,7 @@ enum Model {
 /// Statistics of a record of F/p. Zero where there is no stick-slip.
 #[derive(Debug, Clone, Copy)]
 struct Statistics<T> {
-    /// Fall at a slip \[–\], Σ a²/Σ a over all falls a.
+    /// Mean fall at a slip \[–\].
     amplitude: T,
     /// First maximum of the autocorrelation after its first minimum \[s\].
     period: T,
@@ -196,11 +195,7 @@ fn statistics<T: Scalar>(force: &[T], threshold: f64, row: f64) -> Statistics<T>
         _ => 0.0,
     };
     Statistics {
-        amplitude: if falls.is_empty() {
-            T::zero()
-        } else {
-            falls.iter().fold(T::zero(), |sum, &fall| sum + fall * fall) / sum(&falls)
-        },
+        amplitude: sum(&falls) / count(falls.len()),
         period: if falls.len() > 1 { period(force, mean) * number(row) } else { T::zero() },
         mean,
         fall: rows as f64 * row / falls.len().max(1) as f64,
@@ -451,7 +446,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     };
     let fit = identify::least_squares(&rig, rig.parameters(), &settings, &mut watch)?;
     progress.step();
-    let values = fit.array();
+    let (values, load) = (fit.array::<COUNT>(), mass * GRAVITY);
     println!("\nparameter                value {}", if synthetic { "      truth" } else { "" });
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
         let Parameter { name, unit, least, most, .. } = estimate.parameter;
@@ -483,7 +478,12 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     let count = rig.runs.len() + rig.unseen.len();
     let mut figure = Figure::new(760, 300 * count as u32)
         .title("Friction identified from the statistics of stick-slip");
-    println!("\n| simulated over measured | spring, speed | amplitude | period | mean | a fall |");
+    // Of an oscillation that stops at all: below it no stick-slip lasts.
+    let least = |run: &Run| 2.0 * run.speed * (run.stiffness * mass * values[6]).sqrt() / load;
+    println!(
+        "\n| simulated over measured | spring, speed | amplitude | least that lasts | period | mean \
+         | a fall |"
+    );
     let share = if rig.mass_factor > 1.0 { "moving mass free" } else { "mass given" };
     for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {
         let (fitted, measured) = (place < rig.runs.len(), &run.measured);
@@ -491,11 +491,12 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         let force = fine.simulate(&values, rig_run, measured.mean, 3.0 * rig.duration(run))?;
         let simulated = statistics(&force, rig.threshold, row);
         println!(
-            "| {:?}, {share} | {}{} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            "| {:?}, {share} | {}{} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
             rig.model,
             run.name.trim(),
             if fitted { "" } else { ", predicted" },
             simulated.amplitude / measured.amplitude,
+            least(run) / measured.amplitude,
             simulated.period / measured.period,
             simulated.mean / measured.mean,
             simulated.fall / measured.fall

@@ -1081,7 +1081,7 @@ fn logs_held_out_take_no_part_in_the_choice() {
         mechanism::compare(&joint, &candidates, &fitted, held_out, &settings, &mut go_on).unwrap()
     };
     let (alone, beside) = (found(&[]), found(&other));
-    assert_eq!((alone.left_out, alone.simplest), (beside.left_out, beside.simplest));
+    assert_eq!((&alone.left_out, alone.simplest), (&beside.left_out, beside.simplest));
     let scores = beside.fits[0].held_out.as_ref().unwrap().all.simulated;
     assert!(alone.fits[0].held_out.is_none() && scores.rmse > 0.0);
     // A log by the others is predicted worse than it is fitted.

@@ -188,7 +188,7 @@ impl Comparison {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let length = self.fits.first().map_or("", |fit| fit.units().1);
+        let length = self.fits.first().map_or("", |fit| fit.model.joint.unit("m"));
         write!(f, "| {length}: rmse (mean size, relative) | free | over | fitted |")?;
         writeln!(f, " each by the others | held out | search |\n|---|---|---|---|---|---|---|")?;
         for (i, (fit, [square, error])) in self.fits.iter().zip(&self.left_out).enumerate() {

@@ -148,11 +148,6 @@ impl JointFit {
         self.model.table.value(&self.fit.values(), usize::MAX, name)
     }
 
-    /// Units of torque and position.
-    pub(super) fn units(&self) -> (&'static str, &'static str) {
-        (self.model.joint.unit("N"), self.model.joint.unit("m"))
-    }
-
     /// Number of parameters that were searched.
     pub fn searched(&self) -> usize {
         let estimates = self.fit.estimates.iter();
@@ -302,7 +297,7 @@ impl fmt::Display for JointFit {
             }
             writeln!(f, " the longest that is nearly the least is fitted")?;
         }
-        let (torque, length) = self.units();
+        let [torque, length] = ["N", "m"].map(|unit| self.model.joint.unit(unit));
         writeln!(f, "rmse (mean size, relative)  {torque:26} {length}, whole logs")?;
         let groups = [("fitted", Some(&self.fitted)), ("held out", self.held_out.as_ref())];
         for (name, group) in groups {

@@ -90,7 +90,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
 
     let largest_of = |term: &Term| {
         let torque = |row: &Smoothed| term.torque(&[1.0], 0.0, row.position, row.velocity)[0].abs();
-        rows().map(|row| torque(row)).fold(0.0, f64::max)
+        rows().map(torque).fold(0.0, f64::max)
     };
     let part = 0.1 * size;
     let terms = joint.terms.iter().flat_map(|term| match term {
