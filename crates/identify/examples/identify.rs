@@ -7,16 +7,16 @@
 //!     --log monday_*.csv --held-out tuesday.csv --terms gravity --columns torque=tau*2.4
 //! ```
 //!
-//! fits the first ones, names a model by them alone, and predicts the others. A column is taken by the beginning of its name in
-//! the first line: `time_s`, `position [rad]`, and one of `torque`, `current`, `voltage` and
-//! `goal`, that of a position controller with duty = clamp(gain (goal − position), ±1). There may
-//! be `velocity`, `supply`, `enabled` and `external_torque`.
+//! fits the first ones, names a model by them alone, and predicts the others. A column is taken by
+//! the beginning of its name in the first line: `time_s`, `position [rad]`, and one of `torque`,
+//! `current`, `voltage` and `goal`, that of a position controller with duty = clamp(gain (goal −
+//! position), ±1). There may be `velocity`, `supply`, `enabled` and `external_torque`.
 //!
 //! Without `--held-out` the last third of every log is held out.
 //!
 //! Leaves `identify.csv`, every row with its errors of position and torque, `identify.svg`, the
-//! measured and the simulated position of the logs held out, and with the feature `serde` the joint as `identify.toml`, for
-//! `identify::mechanism::JointModel`.
+//! measured and the simulated position of the logs held out, and with the feature `serde` the joint
+//! as `identify.toml`, for `identify::mechanism::JointModel`.
 
 #[path = "identify/logs.rs"]
 mod logs;

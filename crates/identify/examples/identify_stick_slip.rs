@@ -481,8 +481,8 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     // Of an oscillation that stops at all: below it no stick-slip lasts.
     let least = |run: &Run| 2.0 * run.speed * (run.stiffness * mass * values[6]).sqrt() / load;
     println!(
-        "\n| simulated over measured | spring, speed | amplitude | least that lasts | period | mean \
-         | a fall |"
+        "\n| simulated over measured | spring, speed | amplitude | least that lasts | period \
+         | mean | a fall |"
     );
     let share = if rig.mass_factor > 1.0 { "moving mass free" } else { "mass given" };
     for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {

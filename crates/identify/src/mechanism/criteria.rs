@@ -121,8 +121,8 @@ impl<'a> Errors<'a> {
         Ok(())
     }
 
-    /// Sum of squares to which those of a log are compared: of the motor's torque, or of the position
-    /// about its mean in each segment.
+    /// Sum of squares to which those of a log are compared: of the motor's torque, or of the
+    /// position about its mean in each segment.
     pub(super) fn whole(&self, number: usize, log: &SmoothedLog<'_>, values: &[f64]) -> f64 {
         let Criterion::Segments(length) = self.criterion else {
             let plant = Plant::new(self.model, log, number, values);

@@ -168,8 +168,8 @@ const OVERSTATED: f64 = 0.5;
 
 /// The names that a joint takes.
 const TAKES: &str = "a joint takes inertia, drag, delay; gravity_torque and hanging_angle with \
-    Term::Gravity; offset_torque, spring_rate, backward_drag, ripple_cos_1 and so on with the terms \
-    of these names; torque_constant, resistance, duty_exponent with a drive that has them; \
+    Term::Gravity; offset_torque, spring_rate, backward_drag, ripple_cos_1 and so on with the \
+    terms of these names; torque_constant, resistance, duty_exponent with a drive that has them; \
     coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, stribeck_velocity, \
     stribeck_exponent, backward_ratio, micro_stiffness and micro_damping; names of its own terms";
 

@@ -218,8 +218,8 @@ const OF_JOINT: [&str; 5] = ["inertia", "torque_constant", "resistance", "duty_e
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct JointModel {
-    /// Values by the [names](super#names-of-the-parameters) of all parameters but those of the gear,
-    /// with those of your own terms.
+    /// Values by the [names](super#names-of-the-parameters) of all parameters but those of the
+    /// gear, with those of your own terms.
     pub parameters: BTreeMap<String, f64>,
     /// Friction and drag of the gear.
     pub gear: GearParameters<f64>,
@@ -236,8 +236,9 @@ impl JointModel {
         GearFriction::new(self.gear.clone())
     }
 
-    /// The torques of all terms, the external torque of a [`GearedJoint`](bristle_joint::GearedJoint).
-    /// A file has their parameters, and the joint their functions.
+    /// The torques of all terms, the external torque of a
+    /// [`GearedJoint`](bristle_joint::GearedJoint). A file has their parameters, and the joint
+    /// their functions.
     ///
     /// # Errors
     ///
