@@ -446,7 +446,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     };
     let fit = identify::least_squares(&rig, rig.parameters(), &settings, &mut watch)?;
     progress.step();
-    let values = fit.array();
+    let (values, load) = (fit.array::<COUNT>(), mass * GRAVITY);
     println!("\nparameter                value {}", if synthetic { "      truth" } else { "" });
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
         let Parameter { name, unit, least, most, .. } = estimate.parameter;
@@ -479,20 +479,28 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     let mut figure = Figure::new(760, 300 * count as u32)
         .title("Friction identified from the statistics of stick-slip")
         .note("Shifted in time to lie on each other: the fit compares statistics, not phases.");
-    println!("\nsimulated over measured   amplitude  period  mean  a fall");
+    // Of an oscillation that stops at all: below it no stick-slip lasts.
+    let least = |run: &Run| 2.0 * run.speed * (run.stiffness * mass * values[6]).sqrt() / load;
+    println!(
+        "\n| simulated over measured | spring, speed | amplitude | least that lasts | period \
+         | mean | a fall |"
+    );
+    let share = if rig.mass_factor > 1.0 { "moving mass free" } else { "mass given" };
     for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {
         let (fitted, measured) = (place < rig.runs.len(), &run.measured);
         let rig_run = [run.speed, run.stiffness];
         let force = fine.simulate(&values, rig_run, measured.mean, 3.0 * rig.duration(run))?;
         let simulated = statistics(&force, rig.threshold, row);
         println!(
-            "{:24} {:10.3} {:7.3} {:5.3} {:7.3}{}",
-            run.name,
+            "| {:?}, {share} | {}{} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            rig.model,
+            run.name.trim(),
+            if fitted { "" } else { ", predicted" },
             simulated.amplitude / measured.amplitude,
+            least(run) / measured.amplitude,
             simulated.period / measured.period,
             simulated.mean / measured.mean,
-            simulated.fall / measured.fall,
-            if fitted { "" } else { "  not fitted" }
+            simulated.fall / measured.fall
         );
         let time = |place: usize| place as f64 * row;
         for (place, (&data, &model)) in run.force.iter().zip(&force).enumerate() {
