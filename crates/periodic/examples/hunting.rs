@@ -11,7 +11,7 @@ use std::time::Instant;
 use bristle::companion::VelocityHistory;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::nalgebra::{SVector, Vector3};
-use bristle::ode::{Direction, Event, Solver, System};
+use bristle::ode::{Automatic, Direction, Event, Solver, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, Contact, FrBd, Mechanism, paper};
 use bristle_analysis::linear::{self, Threshold};
@@ -89,9 +89,8 @@ fn map(
     (gains, duration): (usize, f64),
     table: &mut Csv,
 ) -> bristle_charts::Result<Panel> {
-    let steps = |last: f64| -> Vec<f64> {
-        (1..=gains).map(|i| last * i as f64 / gains as f64).collect()
-    };
+    let steps =
+        |last: f64| -> Vec<f64> { (1..=gains).map(|i| last * i as f64 / gains as f64).collect() };
     let (integral, derivative) = (steps(2000.0), steps(80.0));
     let began = Instant::now();
     let of = |integral: f64, derivative: f64| control_loop(contact, integral, derivative);
@@ -178,11 +177,8 @@ fn border(contact: &Friction, cycle: &Orbit<4>) -> bristle_charts::Result<Vec<(f
     let mut border = Vec::new();
     for start in less.points.iter().step_by(2).chain(more.points.iter().skip(1).step_by(2)) {
         let integral = start.parameter;
-        let up = Continuation {
-            first_step: 1.0,
-            stable_only: true,
-            ..Continuation::over(10.0..80.0)
-        };
+        let up =
+            Continuation { first_step: 1.0, stable_only: true, ..Continuation::over(10.0..80.0) };
         let of = |derivative: f64| ControlLoop::new(control_loop(contact, integral, derivative));
         let branch = up.free(of, 20.0, start.orbit.guess())?;
         border.extend(branch.special().next().map(|point| (integral, point.parameter)));
@@ -196,7 +192,8 @@ fn along<S: System<f64, N>, const N: usize>(
     system: &S,
     orbit: &Orbit<N>,
 ) -> bristle_charts::Result<Vec<SVector<f64, N>>> {
-    let solver = Solver::automatic(1e-8, system.scales())?;
+    // Unstable ones, too: no check of how errors grow.
+    let solver = Solver::adaptive(Automatic, Tolerances::scaled(1e-10, system.scales())?);
     let mut run = solver.begin(system, 0.0..orbit.period, orbit.start)?;
     let mut states = vec![orbit.start];
     while let Some(step) = run.advance()? {
@@ -264,7 +261,8 @@ fn stick_slip_map(table: &mut Csv) -> bristle_charts::Result<Panel> {
     let (mut onset, mut end) = (Vec::new(), Vec::new());
     println!("\nstiffness (N/m)   steady sliding stable above (m/s)   stick-slip ends at (m/s)");
     for stiffness in [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0] {
-        let mechanism = Mechanism { spring_stiffness: stiffness, ..paper::stick_slip_rig(contact).mechanism };
+        let mechanism =
+            Mechanism { spring_stiffness: stiffness, ..paper::stick_slip_rig(contact).mechanism };
         if let Threshold::StableAbove(speed) =
             linear::critical_speed(&contact, mechanism, 1e-3..1.0)?
         {

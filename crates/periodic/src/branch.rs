@@ -255,8 +255,9 @@ const GROWTH: f64 = 1.5;
 /// branch may have been met.
 const MOST_OFF: f64 = 0.3;
 
-/// Points of a branch are found to this part of the scales.
-const CLOSE: f64 = 3e-8;
+/// Points of a branch are found to the first part of the scales; where branches cross, to roundings
+/// below the second.
+const CLOSE: (f64, f64) = (3e-8, 1e-5);
 
 /// Steps along a branch are not shortened below this.
 const SHORTEST: f64 = 3e-6;
@@ -302,9 +303,7 @@ where
         let mut newton = Newton::new(self.shooting.most_iterations, CLOSE);
         loop {
             let system = (self.system)(at.parameter * self.width)?;
-            if self.period.is_none() {
-                at.guess.period = self.shooting.time_of_return(&system, &self.scales, &at.guess)?;
-            }
+            at.guess.period = self.period_at(&system, at.parameter, &at.guess)?;
             let run =
                 flow(&system, (0.0, at.guess.state), at.guess.period, self.shooting.tolerance)?;
             let (mut matrix, mut right) = self.equations(&system, &at, &run)?;
@@ -327,6 +326,19 @@ where
         }
     }
 
+    /// The period at a parameter: forced, or until the motion returns.
+    fn period_at(
+        &self,
+        system: &S,
+        parameter: f64,
+        guess: &Guess<N>,
+    ) -> Result<f64, PeriodicError> {
+        match self.period {
+            Some(forced) => Ok(forced(parameter * self.width)),
+            None => self.shooting.time_of_return(system, &self.scales, guess),
+        }
+    }
+
     /// Newton's equations for δx₀, δT and δp, without the last, that of the arclength.
     fn equations(
         &self,
@@ -340,10 +352,7 @@ where
         let beside = at.parameter + DIFFERENCE;
         let other = (self.system)(beside * self.width)?;
         let Guess { state, period } = at.guess;
-        let later = match self.period {
-            Some(forced) => forced(beside * self.width),
-            None => self.shooting.time_of_return(&other, &self.scales, &at.guess)?,
-        };
+        let later = self.period_at(&other, beside, &at.guess)?;
         let moved = end(&other, (0.0, state), later, self.shooting.tolerance)? - run.end;
         let at_end = scaled_rate(system, &self.scales, period, &run.end) * period;
         // ∂T/∂p over T: the end is followed to where the motion returns, which is less curved.
@@ -352,11 +361,10 @@ where
             let moved = moved[i] / self.scales[i] / DIFFERENCE;
             (matrix[(i, N)], matrix[(i, N + 1)]) = (at_end[i], moved - at_end[i] * slower);
         }
-        if let Some(forced) = self.period {
+        if self.period.is_some() {
             for i in 0..N + 2 {
                 matrix[(N, i)] = identity(i, N) - slower * identity(i, N + 1);
             }
-            right[N] = forced(at.parameter * self.width) / period - 1.0;
         }
         Ok((matrix, right))
     }

@@ -274,9 +274,9 @@ impl fmt::Display for HuntingReport {
         };
         let Self { rest_abscissa: rest, large_abscissa: large, outcomes, cycle } = self;
         let stable = verdict(*rest, ["stable", "UNSTABLE"]);
-        writeln!(f, "rest           {stable}, slowest at {} 1/s", Number(*rest))?;
+        writeln!(f, "rest           {stable}, slowest at {rest:.4e} 1/s")?;
         let die_out = verdict(*large, ["die out", "GROW"]);
-        writeln!(f, "large motions  {die_out}, at {} 1/s", Number(*large))?;
+        writeln!(f, "large motions  {die_out}, at {large:.4e} 1/s")?;
         for (start, outcome) in outcomes {
             write!(f, "from {} m", Number(*start))?;
             match outcome {

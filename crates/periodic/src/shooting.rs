@@ -128,7 +128,7 @@ impl Shooting {
         self.checked()?;
         let scales = checked_scales(system.scales())?;
         let mut state = guess;
-        let mut newton = Newton::new(self.most_iterations, CONVERGED);
+        let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
             let flow = flow(system, (start_time, state), period, self.tolerance)?;
             let (product, defect) = (flow.product(), (state - flow.end).component_div(&scales));
@@ -155,7 +155,7 @@ impl Shooting {
         self.checked()?;
         let scales = checked_scales(system.scales())?;
         let mut point = guess;
-        let mut newton = Newton::new(self.most_iterations, CONVERGED);
+        let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
             point.period = self.time_of_return(system, &scales, &point)?;
             let flow = flow(system, (0.0, point.state), point.period, self.tolerance)?;
@@ -226,29 +226,29 @@ const LATEST: f64 = 1.6;
 /// An orbit that goes less far than this, over the scales, is a point.
 const SMALLEST: f64 = 1e-6;
 
-/// A correction below this, over the scales, is none.
-pub(crate) const CONVERGED: f64 = 1e-10;
-
-/// If corrections no longer shrink, they are roundings if they are below this.
-const ROUNDINGS: f64 = 1e-7;
+/// A correction below this, over the scales, is none; one below the second that no longer shrinks
+/// is of roundings.
+const CLOSE: (f64, f64) = (1e-10, 1e-7);
 
 /// The progress of Newton's method.
 pub(crate) struct Newton {
     most: usize,
     /// A correction below this is not made.
     least: f64,
+    /// Corrections below this that no longer shrink are roundings.
+    roundings: f64,
     done: usize,
     last: f64,
 }
 
 impl Newton {
-    pub(crate) fn new(most: usize, least: f64) -> Self {
-        Self { most, least, done: 0, last: f64::INFINITY }
+    pub(crate) fn new(most: usize, (least, roundings): (f64, f64)) -> Self {
+        Self { most, least, roundings, done: 0, last: f64::INFINITY }
     }
 
     /// Whether a correction is the last one: it need not be made.
     pub(crate) fn is_over(&mut self, correction: f64) -> Result<bool, PeriodicError> {
-        let stands = correction < ROUNDINGS && correction > 0.5 * self.last;
+        let stands = correction < self.roundings && correction > 0.5 * self.last;
         if correction < self.least || stands {
             return Ok(true);
         }
