@@ -87,7 +87,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
     /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated
     /// to its middle.
     #[inline(always)]
-    fn freeze<M: Bristle<T, Deflection = D>>(
+    pub(crate) fn freeze<M: Bristle<T, Deflection = D>>(
         &mut self,
         companion: &Companion<T, M>,
         [without, sliding, load, duration]: [T; 4],
@@ -127,7 +127,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
 
     /// Ends the step at the mean sliding velocity that was found.
     #[inline(always)]
-    fn commit(&mut self, mean_sliding: T) {
+    pub(crate) fn commit(&mut self, mean_sliding: T) {
         if let Some(step) = &self.frozen {
             let slipped = self.done.dissipated;
             self.done = step.commit(mean_sliding);
