@@ -147,9 +147,12 @@ fn frbd() -> Result<FrBd<Stribeck<f64>, KelvinVoigt<f64>>, ParameterError> {
     Ok(FrBd::new(curve, bristle))
 }
 
+/// The shape of each mode at the bow.
+type Row = Vec<(usize, f64)>;
+
 /// A string under a bow in companion steps.
 struct Bowed<M: Bristle<f64>> {
-    mechanism: LinearMechanism<f64, [Vec<(usize, f64)>; 1], Vec<f64>>,
+    mechanism: LinearMechanism<f64, [Row; 1], Vec<f64>>,
     companion: Companion<f64, M>,
     contact: [ContactState<f64, M::Deflection>; 1],
     position: [f64; MODES],

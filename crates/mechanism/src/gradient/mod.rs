@@ -128,7 +128,7 @@ impl<T: Scalar> Parts<'_, T> {
             let without = along(rows.row(k), motion.velocity);
             let sliding = besides[0].get(k).map_or(without, |&belt| without + belt);
             let load = besides[1].get(k).copied().unwrap_or(state.load());
-            adjoint.trace = contact::Trace::new(state, [without, sliding, load]);
+            adjoint.trace = contact::Trace::new([without, sliding, load], Some(state));
         }
         self.step(structure, duration, besides, motion, rows, companions, contacts);
     }
