@@ -129,9 +129,10 @@ impl<T: Scalar> ElasticJoint<T> {
         half * (j * motor * motor + l * link * link) + self.stored(stretch(motion.position))
     }
 
-    /// A step of length h ≥ 0 \[s\] under applied torques [N m], averaged over it, on motor and link,
-    /// with a companion and a state for the friction of each, and their loads where these vary. It
-    /// takes numbers and gives numbers: NaN for NaN, for h < 0, and for a load that is negative.
+    /// A step of length h ≥ 0 \[s\] under applied torques [N m], averaged over it, on motor and
+    /// link, with a companion and a state for the friction of each, and their loads where these
+    /// vary. It takes numbers and gives numbers: NaN for NaN, for h < 0, and for a load that is
+    /// negative.
     pub fn step<M: Bristle<T>>(
         &self,
         duration: T,
@@ -144,7 +145,8 @@ impl<T: Scalar> ElasticJoint<T> {
         let ElasticJointParameters { inertias, damping, .. } = self.parameters;
         let (duration, half) = (forwards(duration), lit::<T>(0.5) * duration);
         let (start, rates) = (stretch(motion.position), motion.velocity);
-        // The matrix [[a, −s], [−s, b]] of the mean accelerations, and what acts but for the spring.
+        // The matrix [[a, −s], [−s, b]] of the mean accelerations, and what acts but for the
+        // spring.
         let side = half * damping;
         let (mut diagonal, mut right) = (inertias.map(|inertia| inertia + side), torques);
         let resisted = damping * stretch(rates);

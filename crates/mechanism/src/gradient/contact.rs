@@ -178,9 +178,9 @@ fn by_coefficients<T: Scalar>(
     (by_bias * stiffness * phi1 + by_end * decay, by)
 }
 
-/// A deflection was cut to z_ss(u), at the predicted speed, at rest, at the fastest or at the summit
-/// of the curve: adds its derivatives by the parameters to a gradient, and returns those by the
-/// predicted velocity and the scale.
+/// A deflection was cut to z_ss(u), at the predicted speed, at rest, at the fastest or at the
+/// summit of the curve: adds its derivatives by the parameters to a gradient, and returns those by
+/// the predicted velocity and the scale.
 #[cold]
 fn stationary<T: Scalar, M: Differentiable<T>>(
     companion: &Companion<T, M>,
