@@ -396,6 +396,12 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         self.deflection
     }
 
+    /// The reference load P \[N\], by which coefficients and energies are multiplied.
+    #[inline]
+    pub fn reference_load(&self) -> T {
+        self.normal_force
+    }
+
     /// Mean friction force \[N\] if the mean velocity is zero.
     #[inline]
     pub fn bias(&self) -> T {

@@ -223,7 +223,7 @@ fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
             best.time(1, || {
                 let mut gradient = [0.0; 6 * JOINTS];
                 let mut by = [[0.0; JOINTS]; 3];
-                let mut contacts = [ContactAdjoint::new(); JOINTS];
+                let mut contacts = [ContactAdjoint::default(); JOINTS];
                 let step = |n, state: &mut Swing| forwards(&mut one, n, state);
                 let done = backwards(start, steps, between, step, |n, state| {
                     for (by, q) in by[0].iter_mut().zip(state.motion[0]) {

@@ -3,18 +3,19 @@
 //!
 //! A map of the motion over bow position β and bow force, from runs that begin in Helmholtz motion,
 //! stands beside the limits of J. C. Schelleng, "The bowed string and the player", J. Acoust. Soc.
-//! Am. 53 (1973), with Z the impedance of the string, α the decay of its low modes, v_b the velocity
-//! of the bow and Δμ = μ_s − μ_d:
+//! Am. 53 (1973), with Z the impedance of the string, α the decay of its low modes, v_b the
+//! velocity of the bow and Δμ = μ_s − μ_d:
 //!
 //! F_max = 2 Z v_b/(β Δμ),  F_min = Z α v_b/(4 f₁ β² Δμ)
 //!
 //! A string as it is published solves in each sample for the relative velocity and the deflection
-//! by Newton's method: elasto-plastic friction with the bristle law of P. Dupont et al. (2002) as in
-//! S. Serafin, F. Avanzini, D. Rocchesso, "Bowed string simulation using an elasto-plastic friction
-//! model" (2003), and S. Willemsen, S. Bilbao, S. Serafin, "Real-time implementation of an
-//! elasto-plastic friction model applied to stiff strings" (2019). It is compared with elasto-plastic
-//! FrBD in companion steps on the same modes: errors are those of each against itself in far shorter
-//! steps, for the two models are not the same. Both string updates are plain loops over the modes.
+//! by Newton's method: elasto-plastic friction with the bristle law of P. Dupont et al. (2002) as
+//! in S. Serafin, F. Avanzini, D. Rocchesso, "Bowed string simulation using an elasto-plastic
+//! friction model" (2003), and S. Willemsen, S. Bilbao, S. Serafin, "Real-time implementation of an
+//! elasto-plastic friction model applied to stiff strings" (2019). It is compared with
+//! elasto-plastic FrBD in companion steps on the same modes: errors are those of each against
+//! itself in far shorter steps, for the two models are not the same. Both string updates are plain
+//! loops over the modes.
 //!
 //! Leaves `bowed_string.csv` (the map), `bowed_string.svg` and `bowed_string.wav`, the force on the
 //! bridge as sound.
@@ -107,7 +108,7 @@ struct Bow {
 }
 
 /// Modal mass [kg], and damping, stiffness and shape at the bow of each mode. The stiffness is such
-/// that the trapezoidal rule in steps of h rings at the frequency of the mode: ω → (2/h) tan(ω h/2).
+/// that the trapezoidal rule in steps of h rings at the frequency ω of the mode: (2/h) tan(ω h/2).
 fn modes(bow: &Bow, h: f64) -> (f64, [[f64; MODES]; 3]) {
     let mass = IMPEDANCE / (4.0 * PITCH); // ρ L/2 with Z = ρ c and c = 2 L f₁
     let of = |value: &dyn Fn(f64) -> f64| std::array::from_fn(|n| value((n + 1) as f64));
@@ -147,9 +148,12 @@ fn frbd() -> Result<FrBd<Stribeck<f64>, KelvinVoigt<f64>>, ParameterError> {
     Ok(FrBd::new(curve, bristle))
 }
 
+/// The shape of each mode at the bow.
+type Row = Vec<(usize, f64)>;
+
 /// A string under a bow in companion steps.
 struct Bowed<M: Bristle<f64>> {
-    mechanism: LinearMechanism<f64, [Vec<(usize, f64)>; 1], Vec<f64>>,
+    mechanism: LinearMechanism<f64, [Row; 1], Vec<f64>>,
     companion: Companion<f64, M>,
     contact: [ContactState<f64, M::Deflection>; 1],
     position: [f64; MODES],

@@ -26,7 +26,7 @@
 use core::mem::take;
 
 use crate::band::place;
-use crate::contacts::ContactState;
+use crate::contacts::{ContactState, Step};
 use crate::mechanism::{Entries, LinearMechanism, Structure, Which, part};
 use crate::rows::Rows;
 use crate::step::{Motion, Parts, check_length, forwards};
@@ -298,7 +298,8 @@ where
         room.assemble(&mut parts);
         let ArmMotion { position, velocity, acceleration } = motion;
         let motion = Motion { position, velocity };
-        parts.step(structure, duration, [&[], room.load], motion, rows, companions, contacts);
+        let step = Step { structure, duration, companions, rows };
+        parts.step(&step, [&[], room.load], motion, contacts);
         acceleration.copy_from_slice(parts.acceleration);
         Ok(())
     }

@@ -9,7 +9,8 @@
 //! | κᵢ, γᵢ | spring and damper to the next block | N/m, N s/m |
 //!
 //! A driver at y(t) is the force k y + c ẏ on the block. Inertias, angles and torques serve as
-//! well: motor and link of an elastic joint are two blocks, with friction on either side.
+//! well: motor and link of an elastic joint are two blocks, with friction on either side; with
+//! backlash they are an [`ElasticJoint`](crate::ElasticJoint).
 //!
 //! Source: R. Burridge, L. Knopoff, "Model and theoretical seismicity", Bull. Seismol. Soc. Am. 57
 //! (1967), for the chain of blocks on a driver.

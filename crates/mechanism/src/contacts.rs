@@ -1,7 +1,7 @@
 //! Contacts of one axis in a step of the mechanism: predictor, load, companion and ledger.
 
 use crate::mechanism::{LinearMechanism, Structure};
-use crate::rows::Rows;
+use crate::rows::{Rows, along};
 use crate::step::{Motion, Parts, check_count, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
 use bristle::parameter::ParameterError;
@@ -87,7 +87,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
     /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated
     /// to its middle.
     #[inline(always)]
-    fn freeze<M: Bristle<T, Deflection = D>>(
+    pub(crate) fn freeze<M: Bristle<T, Deflection = D>>(
         &mut self,
         companion: &Companion<T, M>,
         [without, sliding, load, duration]: [T; 4],
@@ -127,7 +127,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
 
     /// Ends the step at the mean sliding velocity that was found.
     #[inline(always)]
-    fn commit(&mut self, mean_sliding: T) {
+    pub(crate) fn commit(&mut self, mean_sliding: T) {
         if let Some(step) = &self.frozen {
             let slipped = self.done.dissipated;
             self.done = step.commit(mean_sliding);
@@ -171,8 +171,8 @@ where
         let (structure, duration) = (self.structure, forwards(duration));
         let (rows, mut parts) = self.prepared(duration);
         parts.acceleration.copy_from_slice(inputs.force);
-        let besides = [inputs.prescribed, inputs.load];
-        parts.step(structure, duration, besides, motion, rows, companions, contacts);
+        let step = Step { structure, duration, companions, rows };
+        parts.step(&step, [inputs.prescribed, inputs.load], motion, contacts);
         Ok(())
     }
 
@@ -210,28 +210,32 @@ where
     }
 }
 
+/// A step of contacts with companions of a model.
+pub(crate) struct Step<'a, T, R, M> {
+    pub(crate) structure: Structure,
+    pub(crate) duration: T,
+    pub(crate) companions: &'a [Companion<T, M>],
+    pub(crate) rows: &'a R,
+}
+
 impl<T: Scalar> Parts<'_, T> {
     /// The step under forces in the place of the accelerations, with belts and loads.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "what a step takes")]
-    pub(crate) fn step<M: Bristle<T>>(
+    pub(crate) fn step<R: Rows<T>, M: Bristle<T>>(
         &mut self,
-        structure: Structure,
-        duration: T,
+        step: &Step<'_, T, R, M>,
         [prescribed, load]: [&[T]; 2],
         motion: Motion<'_, T>,
-        rows: &impl Rows<T>,
-        companions: &[Companion<T, M>],
         contacts: &mut [ContactState<T, M::Deflection>],
     ) {
+        let &Step { structure, duration, companions, rows } = step;
         let room = self.bias.iter_mut().zip(&mut *self.dampers).zip(&mut *self.sliding);
         let states = contacts.iter_mut().zip(companions.iter().cycle());
         for (k, (((bias, damper), sliding), (state, companion))) in room.zip(states).enumerate() {
-            let without = crate::rows::along(rows.row(k), motion.velocity);
+            let without = along(rows.row(k), motion.velocity);
             *sliding = prescribed.get(k).map_or(without, |&belt| without + belt);
             let load = load.get(k).copied().unwrap_or(state.load);
-            let step = [without, *sliding, load, duration];
-            (*bias, *damper) = state.freeze(companion, step);
+            (*bias, *damper) = state.freeze(companion, [without, *sliding, load, duration]);
         }
         self.solve(structure, duration, motion, rows);
         for (state, &mean) in contacts.iter_mut().zip(&*self.sliding) {

@@ -2,9 +2,9 @@
 
 use core::mem::take;
 
-use super::{ContactAdjoint, Differentiable, Step};
+use super::{ContactAdjoint, Differentiable};
 use crate::arm::{Arm, ArmMiddle, ArmMotion, KEPT, Room, structure};
-use crate::contacts::ContactState;
+use crate::contacts::{ContactState, Step};
 use crate::rows::Rows;
 use crate::step::{Motion, check_length, forwards};
 use bristle::Scalar;
@@ -51,8 +51,8 @@ where
     S: AsRef<[T]> + AsMut<[T]>,
 {
     /// Takes a [step](Arm::step) again, from the state at its beginning, and goes back over it, as
-    /// [`LinearMechanism::pull_back`](crate::LinearMechanism::pull_back) does. `drive_back` adds the
-    /// derivatives by what the drive has looked at; one whose torques and loads are of the time
+    /// [`LinearMechanism::pull_back`](crate::LinearMechanism::pull_back) does. `drive_back` adds
+    /// the derivatives by what the drive has looked at; one whose torques and loads are of the time
     /// alone has nothing to add.
     ///
     /// # Errors

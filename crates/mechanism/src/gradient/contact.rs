@@ -8,8 +8,9 @@
 
 use super::Differentiable;
 use crate::contacts::ContactState;
-use bristle::companion::Companion;
+use bristle::companion::{Companion, CompanionStep};
 use bristle::rheology::HeldWeights as _;
+use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Branch, Scalar, Surface};
 
@@ -28,18 +29,11 @@ pub struct ContactAdjoint<T> {
     pub(crate) trace: Trace<T>,
 }
 
-impl<T: Scalar> ContactAdjoint<T> {
-    /// All zero.
-    pub fn new() -> Self {
-        let zero = T::zero();
-        let trace = Trace::default();
-        Self { deflection: zero, load: zero, given_load: zero, before: zero, trace }
-    }
-}
-
+/// All zero.
 impl<T: Scalar> Default for ContactAdjoint<T> {
     fn default() -> Self {
-        Self::new()
+        let [deflection, load, given_load, before] = [T::zero(); 4];
+        Self { deflection, load, given_load, before, trace: Trace::new([T::zero(); 3], None) }
     }
 }
 
@@ -56,14 +50,6 @@ pub(crate) struct Trace<T> {
     pub(crate) by_mean: T,
     /// Whether the limit has cut the deflection.
     cut: bool,
-}
-
-impl<T: Scalar> Default for Trace<T> {
-    fn default() -> Self {
-        let zero = T::zero();
-        let (predicted, deflection, mean, by_mean) = (zero, zero, zero, zero);
-        Self { predicted, alone: true, deflection, load: [zero; 2], mean, by_mean, cut: false }
-    }
 }
 
 /// φ1' and φ2'.
@@ -83,18 +69,16 @@ fn slopes<T: Scalar>(x: T, [decay, phi1, phi2]: [T; 3]) -> [T; 2] {
 }
 
 impl<T: Scalar> Trace<T> {
-    /// Before the step.
-    pub(crate) fn new(state: &ContactState<T>, [without, sliding, load]: [T; 3]) -> Self {
-        let last = state.before().map_or(sliding, |before| before + (sliding - without));
-        let alone = sliding * last < T::zero() || state.before().is_none();
+    /// Before the step, from the sliding velocities without belt and with it, and the load.
+    pub(crate) fn new([without, sliding, load]: [T; 3], state: Option<&ContactState<T>>) -> Self {
+        let before = state.and_then(ContactState::before);
+        let last = before.map_or(sliding, |before| before + (sliding - without));
+        let alone = sliding * last < T::zero() || before.is_none();
         let ahead = if alone { T::zero() } else { lit::<T>(0.5) * (sliding - last) };
-        Self {
-            predicted: sliding + ahead,
-            alone,
-            deflection: state.deflection(),
-            load: [state.load(), load],
-            ..Self::default()
-        }
+        let (mean, by_mean, cut) = (T::zero(), T::zero(), false);
+        let deflection = state.map_or(T::zero(), ContactState::deflection);
+        let load = [state.map_or(load, ContactState::load), load];
+        Self { predicted: sliding + ahead, alone, deflection, load, mean, by_mean, cut }
     }
 }
 
@@ -124,123 +108,104 @@ impl<T: Scalar> ContactAdjoint<T> {
         companion: &Companion<T, M>,
         duration: T,
         state: &ContactState<T>,
-        [by_bias, by_damper]: [T; 2],
+        by: [T; 2],
         gradient: &mut [T],
     ) -> T {
         let Some(step) = state.frozen() else { return T::zero() };
-        let (contact, trace, end) = (companion.contact(), self.trace, state.deflection());
-        let (predicted, cut, reloaded) = (trace.predicted, trace.cut, step.deflection());
-        let (model, reference, affine) =
-            (contact.model(), contact.reference_load(), step.coefficients());
-        let scale = trace.load[1] / reference;
-        let constant = trace.load[1] == reference;
-        let on = Surface::scaled(predicted, if constant { T::one() } else { scale });
-        let (one, zero, x) = (T::one(), T::zero(), affine.relaxation * duration);
-        let weights = step.weights();
-        let (decay, phi1) = (weights.end(one, zero), weights.undriven_mean(one));
-        let phi2 = if is_zero(duration) { lit(0.5) } else { weights.driven_mean(one) / duration };
-        let [phi1_slope, phi2_slope] = slopes(x, [decay, phi1, phi2]);
-        let (by_bias, by_damper) = (by_bias * reference, by_damper * reference);
-        let by_end = if cut { T::zero() } else { self.deflection };
-        let Affine { drive, stiffness, .. } = *affine;
-        let by_decay = by_end * reloaded;
-        let by_phi1 = by_bias * stiffness * reloaded + by_end * duration * drive * trace.mean;
-        let by_phi2 = by_damper * stiffness * drive * duration;
-        let by_x = by_phi1 * phi1_slope + by_phi2 * phi2_slope - by_decay * decay;
-        let by = Affine {
-            relaxation: by_x * duration,
-            drive: (by_damper * stiffness * phi2 + by_end * phi1 * trace.mean) * duration,
-            stiffness: by_bias * phi1 * reloaded + by_damper * drive * duration * phi2,
-            damping: by_damper,
-        };
-        let mut by_reloaded = by_bias * stiffness * phi1 + by_end * decay;
+        let (reference, trace) = (companion.contact().reference_load(), self.trace);
+        let (end, reloaded, [before, after]) = (state.deflection(), step.deflection(), trace.load);
+        let scale = if after == reference { T::one() } else { after / reference };
+        let on = Surface::scaled(trace.predicted, scale);
+        let by_end = if trace.cut { T::zero() } else { self.deflection };
+        let (mut by_reloaded, by) = by_coefficients(step, duration, trace.mean, by, by_end);
         let mut by_surface = [T::zero(); 2];
-        if !is_zero(on.scale()) {
-            by_surface = model.pull_back(on, &by, gradient);
+        if !is_zero(scale) {
+            by_surface = companion.contact().model().pull_back(on, &by, gradient);
         }
-        let mut add = |terms: [T; 2]| (0..2).for_each(|i| by_surface[i] += terms[i]);
-        if cut && end.abs() == reloaded.abs() {
-            let same = (end > T::zero()) == (reloaded > T::zero());
-            by_reloaded += if same { self.deflection } else { -self.deflection };
-        } else if cut {
-            let speeds = [T::zero(), companion.fastest(), predicted.abs()];
-            let at = [self.deflection, end, predicted];
-            add(stationary(model, on, at, &speeds, gradient));
+        let mut stationary = |by: T, at: T| {
+            let terms = stationary(companion, on, [by, at], gradient);
+            (0..2).for_each(|i| by_surface[i] += terms[i]);
+        };
+        if trace.cut && end.abs() == reloaded.abs() {
+            by_reloaded += if end == reloaded { self.deflection } else { -self.deflection };
+        } else if trace.cut {
+            stationary(self.deflection, end);
         }
-        let [before, after] = trace.load;
-        let (mut by_load, mut by_before, mut by_deflection) = (T::zero(), T::zero(), by_reloaded);
-        if reloaded != trace.deflection {
-            let ratio = after / before;
-            by_deflection = by_reloaded * ratio;
-            if is_zero(after) {
-            } else if reloaded == trace.deflection * ratio {
+        let (ratio, [mut by_load, mut by_before]) = (after / before, [T::zero(); 2]);
+        self.deflection = by_reloaded;
+        if reloaded != trace.deflection && reloaded == trace.deflection * ratio {
+            self.deflection = by_reloaded * ratio;
+            if !is_zero(after) {
                 by_load = by_reloaded * trace.deflection / before;
                 by_before = -by_load * ratio;
-            } else {
-                by_deflection = T::zero();
-                let at = [by_reloaded, reloaded, predicted];
-                add(stationary(model, on, at, &[T::zero(), predicted.abs()], gradient));
             }
+        } else if reloaded != trace.deflection {
+            stationary(by_reloaded, reloaded);
+            self.deflection = T::zero();
         }
         let [by_velocity, by_scale] = by_surface;
-        if reference > T::zero() {
-            by_load += by_scale / reference;
-        }
-        self.deflection = by_deflection;
-        self.given_load = self.load + by_load;
-        self.load = by_before;
-        let half = lit::<T>(0.5);
-        self.before = if trace.alone { T::zero() } else { -half * by_velocity };
+        by_load += if reference > T::zero() { by_scale / reference } else { T::zero() };
+        (self.given_load, self.load) = (self.load + by_load, by_before);
+        self.before = if trace.alone { T::zero() } else { -lit::<T>(0.5) * by_velocity };
         by_velocity - self.before
     }
 }
 
-/// A deflection was cut to z_ss(u) at one of some speeds u: adds its derivatives by the parameters
-/// to a gradient, and returns those by the predicted velocity and the scale.
+/// From the derivatives by β, D and z₁, those by z₀ and the coefficients.
+fn by_coefficients<T: Scalar>(
+    step: &CompanionStep<T>,
+    duration: T,
+    mean: T,
+    by: [T; 2],
+    by_end: T,
+) -> (T, Affine<T>) {
+    let (weights, load, start) = (step.weights(), step.reference_load(), step.deflection());
+    let Affine { relaxation, drive, stiffness, .. } = *step.coefficients();
+    let (decay, phi1) = (weights.end(T::one(), T::zero()), weights.undriven_mean(T::one()));
+    let driven = weights.driven_mean(T::one());
+    let phi2 = if is_zero(duration) { lit(0.5) } else { driven / duration };
+    let [phi1_slope, phi2_slope] = slopes(relaxation * duration, [decay, phi1, phi2]);
+    let [by_bias, by_damper] = by.map(|by| by * load);
+    let by_phi1 = by_bias * stiffness * start + by_end * duration * drive * mean;
+    let by_phi2 = by_damper * stiffness * drive * duration;
+    let by_x = by_phi1 * phi1_slope + by_phi2 * phi2_slope - by_end * start * decay;
+    let by = Affine {
+        relaxation: by_x * duration,
+        drive: by_damper * stiffness * driven + by_end * phi1 * mean * duration,
+        stiffness: by_bias * phi1 * start + by_damper * drive * driven,
+        damping: by_damper,
+    };
+    (by_bias * stiffness * phi1 + by_end * decay, by)
+}
+
+/// A deflection was cut to z_ss(u), at the predicted speed, at rest, at the fastest or at the
+/// summit of the curve: adds its derivatives by the parameters to a gradient, and returns those by
+/// the predicted velocity and the scale.
+#[cold]
 fn stationary<T: Scalar, M: Differentiable<T>>(
-    model: &M,
+    companion: &Companion<T, M>,
     on: Surface<T>,
-    [by, at, predicted]: [T; 3],
-    speeds: &[T],
+    [by, at]: [T; 2],
     gradient: &mut [T],
 ) -> [T; 2] {
+    let (model, predicted) = (companion.contact().model(), on.velocity());
     let surface = |speed: T| Surface::scaled(Branch::Forward.of(speed), on.scale());
     let off = |speed: T| (model.stationary(surface(speed)).abs() - at.abs()).abs();
+    let speeds = [predicted.abs(), T::zero(), companion.fastest()];
     let closer = |one: T, other: T| if off(other) < off(one) { other } else { one };
-    let mut speed = speeds.iter().copied().fold(predicted.abs(), closer);
-    let rounding = lit::<T>(16.0) * T::default_epsilon();
-    if !(off(speed) <= rounding * at.abs()) {
-        speed = summit(speeds, |speed| {
-            model.pull_back_stationary(surface(speed), T::one(), &mut [])[0]
-        });
+    let mut speed = speeds.into_iter().fold(speeds[0], closer);
+    if !(off(speed) <= lit::<T>(16.0) * T::default_epsilon() * at.abs()) {
+        // The deflection at the summit does not depend on its place.
+        let slope = |at: T| model.pull_back_stationary(surface(at), T::one(), &mut [])[0];
+        let mut falling = companion.fastest();
+        for _ in 0..64 {
+            falling *= if slope(falling) < T::zero() { T::one() } else { lit(0.5) };
+        }
+        let (start, end) = ((T::zero(), slope(T::zero())), (falling, slope(falling)));
+        speed = enclose(slope, start, end, T::zero()).1;
     }
     let by = if at < T::zero() { -by } else { by };
     let [slope, by_scale] = model.pull_back_stationary(surface(speed), by, gradient);
-    let moves = speed == predicted.abs();
     let slope = if predicted < T::zero() { -slope } else { slope };
-    [if moves { slope } else { T::zero() }, by_scale]
-}
-
-/// The speed at which a curve that first rises is highest, by bisection of its slope. The deflection
-/// there does not depend on the place of the summit, but on the parameters.
-#[cold]
-fn summit<T: Scalar>(speeds: &[T], slope: impl Fn(T) -> T) -> T {
-    let half = lit::<T>(0.5);
-    let mut falling = speeds.iter().copied().fold(T::zero(), T::larger);
-    let mut rising = T::zero();
-    for _ in 0..64 {
-        if slope(falling) < T::zero() {
-            break;
-        }
-        falling *= half;
-    }
-    for _ in 0..60 {
-        let middle = (rising + falling) * half;
-        if slope(middle) < T::zero() {
-            falling = middle;
-        } else {
-            rising = middle;
-        }
-    }
-    falling
+    [if speed == speeds[0] { slope } else { T::zero() }, by_scale]
 }

@@ -8,12 +8,12 @@
 //!
 //! ∂/∂f = y,  ∂/∂βₖ = −(W y)ₖ,  ∂/∂Dₖ = −(W y)ₖ s̄ₖ,  ∂/∂x₀ = ∂/∂x₁ − K y, …
 //!
-//! Branches (reversals of a predicted velocity, a deflection at its limit, a bristle that slips back
-//! where the load falls) are those that the step took: the gradient is that of the program.
+//! Branches (reversals of a predicted velocity, a deflection at its limit, a bristle that slips
+//! back where the load falls) are those that the step took: the gradient is that of the program.
 //!
-//! Source: the method of adjoints for recurrences, A. E. Bryson, Y.-C. Ho, "Applied Optimal Control"
-//! (1969), section 2.2; checkpoints: A. Griewank, A. Walther, "Evaluating Derivatives" (2008),
-//! chapter 12.
+//! Source: the method of adjoints for recurrences, A. E. Bryson, Y.-C. Ho, "Applied Optimal
+//! Control" (1969), section 2.2; checkpoints: A. Griewank, A. Walther, "Evaluating Derivatives"
+//! (2008), chapter 12.
 
 mod arm;
 mod contact;
@@ -24,8 +24,8 @@ pub use contact::ContactAdjoint;
 pub use model::Differentiable;
 
 use crate::band;
-use crate::contacts::{ContactState, Inputs};
-use crate::mechanism::{LinearMechanism, Structure};
+use crate::contacts::{ContactState, Inputs, Step};
+use crate::mechanism::LinearMechanism;
 use crate::rows::{Rows, along};
 use crate::step::{Motion, Parts, check_count, check_length, forwards};
 use bristle::Scalar;
@@ -56,7 +56,8 @@ where
     /// Takes a [step](LinearMechanism::step) again, from the state at its beginning, and goes back
     /// over it: changes the derivatives of a loss by the state at its end to those by the state at
     /// its beginning, and adds those by the parameters of each companion, one after the other, to
-    /// `gradient`. One companion for all contacts has one set of parameters.
+    /// `gradient`. One companion for all contacts has one set of parameters. The mean velocities of
+    /// the mechanism are lost.
     ///
     /// # Errors
     ///
@@ -105,14 +106,6 @@ where
     }
 }
 
-/// What a step and its adjoint have in common.
-pub(crate) struct Step<'a, T, R, M> {
-    pub(crate) structure: Structure,
-    pub(crate) duration: T,
-    pub(crate) companions: &'a [Companion<T, M>],
-    pub(crate) rows: &'a R,
-}
-
 impl<T: Scalar> Parts<'_, T> {
     /// The step, with what its adjoint needs.
     pub(crate) fn step_traced<R: Rows<T>, M: Differentiable<T>>(
@@ -123,18 +116,18 @@ impl<T: Scalar> Parts<'_, T> {
         contacts: &mut [ContactState<T>],
         adjoints: &mut [ContactAdjoint<T>],
     ) {
-        let &Step { structure, duration, companions, rows } = step;
+        let rows = step.rows;
         for (k, (state, adjoint)) in contacts.iter().zip(&mut *adjoints).enumerate() {
             let without = along(rows.row(k), motion.velocity);
             let sliding = besides[0].get(k).map_or(without, |&belt| without + belt);
             let load = besides[1].get(k).copied().unwrap_or(state.load());
-            adjoint.trace = contact::Trace::new(state, [without, sliding, load]);
+            adjoint.trace = contact::Trace::new([without, sliding, load], Some(state));
         }
-        self.step(structure, duration, besides, motion, rows, companions, contacts);
+        self.step(step, besides, motion, contacts);
     }
 
-    /// From the derivatives by x, v and a at the end of the step, those by x and v at its beginning;
-    /// y in the place of the accelerations.
+    /// From the derivatives by x, v and a at the end of the step, those by x and v at its
+    /// beginning; y in the place of the accelerations.
     pub(crate) fn pull_back<R: Rows<T>, M: Differentiable<T>>(
         &mut self,
         step: &Step<'_, T, R, M>,

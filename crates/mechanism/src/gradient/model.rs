@@ -3,7 +3,7 @@
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::scalar::{is_zero, lit};
-use bristle::{Affine, Bristle, Dahl, FrBd, Scalar, Surface};
+use bristle::{Affine, Bristle, FrBd, Scalar, Surface};
 
 /// A model of one spring whose four coefficients have known derivatives with respect to its
 /// parameters θ: what a gradient asks for.
@@ -84,29 +84,5 @@ impl<T: Scalar> Differentiable<T> for FrBd<Stribeck<T>, KelvinVoigt<T>> {
         let [a, b, c, d] = curve.map(|slope| scaled * slope);
         add(gradient, [a, b, c, d, -scaled * mu / stiffness, T::zero()]);
         [scaled * slope, by * mu]
-    }
-}
-
-/// The parameters μ_d, σ0, in this order.
-impl<T: Scalar> Differentiable<T> for Dahl<T> {
-    const PARAMETERS: usize = 2;
-
-    // λ = σ0|v|/μ, r = 1, c₀ = σ0
-    fn pull_back(&self, surface: Surface<T>, by: &Affine<T>, gradient: &mut [T]) -> [T; 2] {
-        let p = self.parameters();
-        let mu = surface.apply(p.dynamic_coefficient);
-        let by_share = by.relaxation / mu;
-        let by_mu = -by_share * p.micro_stiffness * surface.speed() / mu;
-        let by_stiffness = by.stiffness + by_share * surface.speed();
-        add(gradient, [surface.apply(by_mu), by_stiffness]);
-        [by_share * p.micro_stiffness * surface.direction(), by_mu * p.dynamic_coefficient]
-    }
-
-    fn pull_back_stationary(&self, surface: Surface<T>, by: T, gradient: &mut [T]) -> [T; 2] {
-        let p = self.parameters();
-        let by = by / p.micro_stiffness;
-        let mu = surface.apply(p.dynamic_coefficient);
-        add(gradient, [surface.apply(by), -by * mu / p.micro_stiffness]);
-        [T::zero(), by * p.dynamic_coefficient]
     }
 }

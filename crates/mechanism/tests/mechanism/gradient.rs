@@ -3,7 +3,7 @@
 use bristle::companion::Companion;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, Dahl, DahlParameters, FrBd, Scalar};
+use bristle::{Bristle, FrBd, Scalar};
 use bristle_mechanism::gradient::{Adjoint, ArmAdjoint, ContactAdjoint, backwards};
 use bristle_mechanism::{
     Arm, ArmMiddle, ArmMotion, ArmParameters, ContactState, Inputs, LinearMechanism, Link,
@@ -107,7 +107,7 @@ fn gradient(between: usize) -> (Vec<f64>, usize) {
     let (mut other, _) = Driven::new(&parameters());
     let mut gradient = vec![0.0; 6 * N];
     let mut by = [(); 3].map(|()| vec![0.0; N]);
-    let mut by_contacts = vec![ContactAdjoint::new(); N];
+    let mut by_contacts = vec![ContactAdjoint::default(); N];
     let mut reversals = 0;
     let step = |n, state: &mut State<f64>| {
         other.step(n, state);
@@ -185,7 +185,7 @@ fn checkpoints_change_no_bit() {
 fn linear<T: Scalar>(
     structure: Structure,
     parameters: &[T],
-) -> (LinearMechanism<T, Vec<Vec<(usize, T)>>, Vec<T>>, Vec<Companion<T, Dahl<T>>>) {
+) -> (Linear<T>, Vec<Companion<T, Friction<T>>>) {
     let [stiffness, damping] = [[3.0, -1.0, -1.0, 2.0], [0.2, -0.1, -0.1, 0.1]];
     let in_structure = |full: [f64; 4]| -> Vec<T> {
         let order: &[usize] = match structure {
@@ -199,13 +199,11 @@ fn linear<T: Scalar>(
     let damping = in_structure(damping);
     let matrices = Matrices { structure, mass: &mass, damping: &damping, stiffness: &stiffness };
     let rows = vec![vec![(0, T::one())], vec![(1, T::one()), (0, lit(-0.5))]];
-    let companions = parameters.chunks(2).map(|p| {
-        let parameters = DahlParameters { dynamic_coefficient: p[0], micro_stiffness: p[1] };
-        let model = Dahl::new(parameters).unwrap();
-        model.under_load(lit(2.0)).unwrap().companion(T::one()).unwrap()
-    });
-    (LinearMechanism::on_heap(&matrices, rows).unwrap(), companions.collect())
+    let companions = parameters.chunks(6).map(|p| friction(p, 2.0)).collect();
+    (LinearMechanism::on_heap(&matrices, rows).unwrap(), companions)
 }
+
+type Linear<T> = LinearMechanism<T, Vec<Vec<(usize, T)>>, Vec<T>>;
 
 fn acting(n: usize) -> ([f64; 2], [f64; 2], [f64; 2]) {
     let time = 0.01 * n as f64;
@@ -215,7 +213,8 @@ fn acting(n: usize) -> ([f64; 2], [f64; 2], [f64; 2]) {
 
 #[test]
 fn the_gradient_of_a_linear_mechanism_is_that_of_dual_numbers() {
-    let parameters = [0.5, 200.0, 0.3, 300.0];
+    // One of them without σ1, as Dahl's.
+    let parameters = [0.5, 0.4, 0.05, 0.1, 200.0, 0.0, 0.3, 0.2, 0.1, 0.0, 300.0, 1.0];
     let steps = 300;
     for structure in
         [Structure::Dense, Structure::Diagonal, Structure::Banded { half_bandwidth: 1 }]
@@ -243,9 +242,9 @@ fn the_gradient_of_a_linear_mechanism_is_that_of_dual_numbers() {
         let contacts: Vec<_> = companions.iter().map(|c| ContactState::new(c, 1e-4)).collect();
         let start = ([[0.1; 2]; 2], contacts);
         let [mut by_position, mut by_velocity, mut by_force] = [[1.0, 0.0], [0.0, 2.0], [0.0; 2]];
-        let mut by_contacts = [ContactAdjoint::new(); 2];
+        let mut by_contacts = [ContactAdjoint::default(); 2];
         by_contacts[1].deflection = 100.0;
-        let mut gradient = [0.0; 4];
+        let mut gradient = [0.0; 12];
         let step = |n, ([position, velocity], contacts): &mut ([[f64; 2]; 2], Vec<_>)| {
             let (force, prescribed, load) = acting(n);
             let inputs = Inputs { force: &force, prescribed: &prescribed, load: &load };

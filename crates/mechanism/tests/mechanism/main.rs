@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 mod arm;
+mod elastic_joint;
 mod energy;
 mod gradient;
 mod reference;
