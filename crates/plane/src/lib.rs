@@ -83,9 +83,9 @@ pub use footprint::{
     DiscPressure, Footprint, FootprintCompanion, FootprintPoint, FootprintStep, LimitEllipsoid,
 };
 pub use frbd::PlaneFrBd;
-pub use limit_surface::{FrictionEllipsoid, SlidingError, SlidingTwist};
+pub use limit_surface::{FrictionEllipsoid, LimitSurfaceError, SlidingTwist};
 pub use lugre::PlaneLuGre;
-pub use pushes::{EllipsoidFamily, EllipsoidFit, Push, PushFitError};
+pub use pushes::{EllipsoidFamily, EllipsoidFit, Push};
 #[cfg(feature = "alloc")]
 pub use support::Support;
 pub use surface::AxisSurface;

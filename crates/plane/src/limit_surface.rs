@@ -21,7 +21,7 @@
 
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError, Rule};
-use bristle::scalar::{lit, to_f64};
+use bristle::scalar::lit;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::footprint::Lever;
@@ -38,21 +38,19 @@ pub struct SlidingTwist<T> {
     pub utilisation: T,
 }
 
-/// Why there is no twist.
+/// Why there is no twist of a wrench, or no limit surface of pushes.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum SlidingError {
-    /// The wrench or the footprint is none that slides in one way.
+pub enum LimitSurfaceError {
+    /// What was given is none that slides in one way.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// The pushes leave a parameter open: no spin, or one direction only.
+    #[error("the pushes do not determine the {0} parameters of the family")]
+    Undetermined(usize),
     /// The search has not ended.
-    #[error("after {iterations} iterations the wrench of the twist is off by {residual} of itself")]
-    NotConverged {
-        /// How many there were.
-        iterations: u32,
-        /// Distance of the wrenches over the size of the wrench \[–\].
-        residual: f64,
-    },
+    #[error("the search has not converged after {0} iterations")]
+    NotConverged(u32),
 }
 
 /// A limit surface that is an ellipsoid wᵀB⁻¹w = 1: of any ratios, turned, and off centre (about an
@@ -146,12 +144,8 @@ impl<T: Scalar> FrictionEllipsoid<T> {
     }
 }
 
-/// Value, gradient and Hessian of the dissipated power at a twist.
-struct Power<T> {
-    power: T,
-    wrench: Vector3<T>,
-    curvature: Matrix3<T>,
-}
+/// Dissipated power at a twist, its gradient and its Hessian.
+type Power<T> = (T, Vector3<T>, Matrix3<T>);
 
 impl<T, M, P> Footprint<T, M, P>
 where
@@ -184,7 +178,7 @@ where
     /// let wrench = plate.stationary_wrench(&sliding.twist);
     /// assert!((wrench.z / wrench.x + 0.03_f64).abs() < 1e-6);
     /// assert!((wrench.x * sliding.utilisation - 1.0).abs() < 1e-6);
-    /// # Ok::<(), bristle_plane::SlidingError>(())
+    /// # Ok::<(), bristle_plane::LimitSurfaceError>(())
     /// ```
     ///
     /// # Errors
@@ -196,7 +190,7 @@ where
         &self,
         wrench: &Vector3<T>,
         speed: T,
-    ) -> Result<SlidingTwist<T>, SlidingError> {
+    ) -> Result<SlidingTwist<T>, LimitSurfaceError> {
         let speed = Named("speed", speed).positive()?;
         let zero = T::zero();
         // The largest force along each axis.
@@ -213,8 +207,8 @@ where
         let local = Lever([-centre.x, -centre.y]).wrench(&wrench.xy()) + Vector3::z() * wrench.z;
         let local = Vector3::new(local.x, local.y, local.z / radius) / unit;
         let size = Named("wrench", local.norm()).positive()?;
-        let found = self.least_power(&(local / size), &(largest / unit), centre, radius)?;
-        let (twist, power) = found;
+        let (twist, power) =
+            self.least_power(&(local / size), &(largest / unit), centre, radius)?;
         let spin = twist.z / radius;
         let turned = Vector3::new(twist.x + spin * centre.y, twist.y - spin * centre.x, spin);
         Ok(SlidingTwist { twist: turned / (unit * size), utilisation: size / power })
@@ -238,43 +232,42 @@ where
         largest: &Vector2<T>,
         centre: Vector2<T>,
         radius: T,
-    ) -> Result<(Vector3<T>, T), SlidingError> {
+    ) -> Result<(Vector3<T>, T), LimitSurfaceError> {
         let power = |twist: &Vector3<T>, smooth| self.power(twist, largest, centre, radius, smooth);
         let mut twist = *wrench;
         let (finest, mut smooth): (T, T) = (T::default_epsilon().sqrt(), lit(0.3));
-        let (mut iterations, mut residual) = (0, T::one());
-        while iterations < 200 {
-            let at = power(&twist, smooth);
+        const ITERATIONS: u32 = 200;
+        for _ in 0..ITERATIONS {
+            let (before, forces, curvature) = power(&twist, smooth);
             // Newton's step among the twists with w·t = 1. What wwᵀ adds changes no such step.
-            let hessian = at.curvature + wrench * wrench.transpose() * at.power;
+            let hessian = curvature + wrench * wrench.transpose() * before;
             let Some(solver) = hessian.cholesky() else { break };
-            let [along, across] = [solver.solve(&at.wrench), solver.solve(wrench)];
+            let [along, across] = [solver.solve(&forces), solver.solve(wrench)];
             let multiplier = wrench.dot(&along) / wrench.dot(&across);
-            residual = (at.wrench - wrench * multiplier).norm() / at.wrench.norm();
-            iterations += 1;
-            let last = smooth <= finest * at.power;
+            let residual = (forces - wrench * multiplier).norm() / forces.norm();
+            let last = smooth <= finest * before;
             // Each stage but the last need only come near; in the last, roundings of the twist over
             // its smoothing are of the order of `finest`.
             if residual <= if last { finest * lit(16.0) } else { lit(0.03) } {
                 if last {
-                    return Ok((twist, power(&twist, T::zero()).power));
+                    return Ok((twist, power(&twist, T::zero()).0));
                 }
                 smooth *= lit(0.1);
                 continue;
             }
             let step = across * multiplier - along;
-            let (promised, rounding) = (at.wrench.dot(&step), at.power * T::default_epsilon());
+            let (promised, rounding) = (forces.dot(&step), before * T::default_epsilon());
             let mut length = T::one();
             let enough = |length: T| {
-                let after = power(&(twist + step * length), smooth).power;
-                after <= at.power + promised * length * lit(0.1) + rounding * lit(8.0)
+                let after = power(&(twist + step * length), smooth).0;
+                after <= before + promised * length * lit(0.1) + rounding * lit(8.0)
             };
             while length > finest && !enough(length) {
                 length *= lit(0.5);
             }
             twist += step * length;
         }
-        Err(SlidingError::NotConverged { iterations, residual: to_f64(residual) })
+        Err(LimitSurfaceError::NotConverged(ITERATIONS))
     }
 
     /// Σ wⱼ √(‖M vⱼ‖² + ε²) with the largest forces M over their mean, about the centre.
@@ -287,7 +280,7 @@ where
         smooth: T,
     ) -> Power<T> {
         let zero = T::zero();
-        let none = Power { power: zero, wrench: Vector3::zeros(), curvature: Matrix3::zeros() };
+        let none = (zero, Vector3::zeros(), Matrix3::zeros());
         self.shares().fold(none, |sum, (share, Lever([x, y]))| {
             let lever = Lever([(x - centre.x) / radius, (y - centre.y) / radius]);
             let weighted = lever.velocity(twist).component_mul(largest);
@@ -295,14 +288,10 @@ where
             if !(power > zero) {
                 return sum;
             }
-            let force = weighted.component_mul(largest) / power;
-            let wrench = lever.wrench(&force);
+            let wrench = lever.wrench(&(weighted.component_mul(largest) / power));
             let stiff = lever.damping(&largest.component_mul(largest));
-            Power {
-                power: sum.power + share * power,
-                wrench: sum.wrench + wrench * share,
-                curvature: sum.curvature + (stiff - wrench * wrench.transpose()) * (share / power),
-            }
+            let curvature = (stiff - wrench * wrench.transpose()) * (share / power);
+            (sum.0 + share * power, sum.1 + wrench * share, sum.2 + curvature)
         })
     }
 }

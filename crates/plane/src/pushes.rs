@@ -26,7 +26,7 @@ use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 use nalgebra::{Cholesky, Const, Matrix3, SMatrix, SVector, Vector3};
 
-use crate::FrictionEllipsoid;
+use crate::{FrictionEllipsoid, LimitSurfaceError};
 
 /// A measured pair of quasi-static sliding, in axes of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,21 +104,6 @@ pub struct EllipsoidFit<T> {
     pub scatter: T,
 }
 
-/// Why a fit has failed.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum PushFitError {
-    /// A push is none, or there are too few.
-    #[error(transparent)]
-    Parameter(#[from] ParameterError),
-    /// The pushes leave a parameter open: no spin, or one direction only.
-    #[error("the pushes do not determine the {0} parameters of the family")]
-    Undetermined(usize),
-    /// The search has not ended.
-    #[error("the fit has not converged after {0} iterations")]
-    NotConverged(u32),
-}
-
 type Normal<T> = (SMatrix<T, 6, 6>, SVector<T, 6>, T);
 
 impl<T: Scalar> FrictionEllipsoid<T> {
@@ -150,10 +135,10 @@ impl<T: Scalar> FrictionEllipsoid<T> {
         pushes: &[Push<T>],
         family: EllipsoidFamily,
         deviation: &Vector3<T>,
-    ) -> Result<EllipsoidFit<T>, PushFitError> {
+    ) -> Result<EllipsoidFit<T>, LimitSurfaceError> {
         let entries = family.entries();
         let count = entries.iter().max().map_or(0, |last| last + 1);
-        let undetermined = PushFitError::Undetermined(count);
+        let undetermined = LimitSurfaceError::Undetermined(count);
         Push::checked(pushes, count, deviation)?;
         let mean = |of: fn(&Vector3<T>) -> T| {
             pushes.iter().fold(T::zero(), |sum, push| sum + of(&push.wrench))
@@ -190,7 +175,7 @@ impl<T: Scalar> FrictionEllipsoid<T> {
                 return Ok(EllipsoidFit { ellipsoid, factor, standard_errors, scatter });
             }
         }
-        Err(PushFitError::NotConverged(200))
+        Err(LimitSurfaceError::NotConverged(200))
     }
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 
 use crate::footprint::Lever;
 use crate::surface::norm;
-use crate::{FootprintPoint, Push, PushFitError};
+use crate::{FootprintPoint, LimitSurfaceError, Push};
 
 /// The points of a support and the friction of each, from [`Support::fit`].
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,7 @@ impl<T: Scalar> Support<T> {
     ///     .collect();
     /// let found = Support::fit(&feet, &pushes, &Vector3::new(0.1, 0.1, 5e-3), 1e-9)?;
     /// assert!((found.friction - 6.0).abs() < 1e-4 && (found.points[0].weight - 0.5).abs() < 1e-4);
-    /// # Ok::<(), bristle_plane::PushFitError>(())
+    /// # Ok::<(), bristle_plane::LimitSurfaceError>(())
     /// ```
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl<T: Scalar> Support<T> {
         pushes: &[Push<T>],
         deviation: &Vector3<T>,
         regulariser: T,
-    ) -> Result<Self, PushFitError> {
+    ) -> Result<Self, LimitSurfaceError> {
         Push::checked(pushes, 1, deviation)?;
         let regulariser = Named("regulariser", regulariser).positive()?;
         let sum = FootprintPoint::checked_sum(points)?;
@@ -137,7 +137,7 @@ fn minimised<T: Scalar>(
     matrix: &[T],
     right: &[T],
     mut carried: Vec<T>,
-) -> Result<Vec<T>, PushFitError> {
+) -> Result<Vec<T>, LimitSurfaceError> {
     const SWEEPS: u32 = 100_000;
     let fine = T::default_epsilon().sqrt() * right.iter().fold(T::zero(), |m, b| m.larger(b.abs()));
     for _ in 0..SWEEPS {
@@ -156,5 +156,5 @@ fn minimised<T: Scalar>(
             return Ok(carried);
         }
     }
-    Err(PushFitError::NotConverged(SWEEPS))
+    Err(LimitSurfaceError::NotConverged(SWEEPS))
 }

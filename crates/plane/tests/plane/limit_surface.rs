@@ -6,7 +6,7 @@ use bristle::nalgebra::{Matrix3, Vector3};
 use bristle::scalar::{Scalar, lit, to_f64};
 use bristle_plane::{
     Axis, DiscPressure, EllipsoidFamily, Footprint, FootprintPoint, FrictionEllipsoid,
-    PlaneBristle, PlaneFrBd, Push, PushFitError, SlidingError, Support,
+    LimitSurfaceError, PlaneBristle, PlaneFrBd, Push, Support,
 };
 use bristle_specimens::check;
 use proptest::prelude::*;
@@ -117,8 +117,8 @@ fn a_wrench_on_a_flat_part_turns_the_body_about_a_point() {
 #[test]
 fn what_has_no_twist_is_refused_by_name() {
     let one = [FootprintPoint { place: [0.1, 0.2], weight: 1.0 }; 4];
-    let name = |refused: SlidingError| match refused {
-        SlidingError::Parameter(error) => error.name,
+    let name = |refused: LimitSurfaceError| match refused {
+        LimitSurfaceError::Parameter(error) => error.name,
         other => panic!("{other}"),
     };
     let footprint = Footprint::new(contact::<f64>([1.0, 1.0]), one).unwrap();
@@ -206,9 +206,9 @@ fn pushes_that_leave_a_parameter_open_are_refused() {
         .map(|k| Push { twist: Vector3::new(0.01, 0.0, 0.0), wrench: real.wrench(&along(k)) })
         .collect();
     let fit = |pushes: &[Push<f64>], family| FrictionEllipsoid::fit(pushes, family, &NOISE);
-    let undetermined = PushFitError::Undetermined(6);
+    let undetermined = LimitSurfaceError::Undetermined(6);
     assert_eq!(fit(&flat, EllipsoidFamily::Turned).unwrap_err(), undetermined);
-    assert!(matches!(fit(&[], EllipsoidFamily::Isotropic), Err(PushFitError::Parameter(_))));
+    assert!(matches!(fit(&[], EllipsoidFamily::Isotropic), Err(LimitSurfaceError::Parameter(_))));
     let mut bad = pushes(|twist| real.wrench(twist), &mut bristle_charts::noise());
     bad[3].wrench.x = f64::NAN;
     let refused = fit(&bad, EllipsoidFamily::Ratios).unwrap_err().to_string();
