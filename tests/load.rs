@@ -157,6 +157,9 @@ fn the_force_stays_within_what_the_load_holds_and_slides_on_the_curve() {
         assert!((long - sliding).abs() < 1e-12 * load, "{long} for {sliding}");
         contact = grip::<f64>();
     }
+    // What carries more than the surface holds falls with the load, and no further.
+    let overloaded = 3.0 * contact.stationary(1e-9);
+    assert_eq!(contact.reload(0.5 * GRIP, 0.0, overloaded).unwrap().deflection, 0.5 * overloaded);
 }
 
 #[test]

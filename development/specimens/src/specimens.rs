@@ -31,8 +31,10 @@ impl<T: Scalar> Specimen<T> {
     }
 
     /// The same under s times its normal force, which scales its friction and leaves its stiffness.
+    /// An implicit bristle that is just damped enough has several tips under more, and is under one.
     pub fn under(self, scale: f64) -> Self {
-        let load = self.form.recipe.load;
+        let (load, scale) =
+            (self.form.recipe.load, if self.is_implicit() { scale.min(1.0) } else { scale });
         let subject = self.model().under_load(lit(scale * load)).unwrap();
         let subject = subject.measured_at(lit(load)).unwrap();
         Self { subject, form: self.form.scaled(scale) }
