@@ -72,7 +72,7 @@ fn a_patch_that_does_not_roll_is_a_companion_at_every_speed() {
 }
 
 #[test]
-fn a_patch_whose_pressure_does_not_rise_gives_no_more_than_it_stored_under_any_load() {
+fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
     fn holds<const N: usize>(
         pressure: PolynomialExponential<f64, N>,
         (run, loads): (&[Step], Option<&[f64]>),
