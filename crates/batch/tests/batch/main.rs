@@ -231,8 +231,8 @@ fn steps_are_those_of_a_bristle<T: Real, M: Bristle<T, Deflection = T>>(
     }
 }
 
-/// Bias, damping and deflection of the implicit midpoint rule, as the crate writes it, in f64 of the
-/// model's own numbers, and the size of what is subtracted.
+/// Bias, damping and deflection of the implicit midpoint rule, as the crate writes it, in f64 of
+/// the model's own numbers, and the size of what is subtracted.
 fn midpoint<T: Real>(a: Affine<T>, load: T, [before, v]: [T; 2], h: f64) -> [f64; 4] {
     let (rate, drive, stiffness) = (f(a.relaxation), f(a.drive), f(a.stiffness));
     let (load, before, v) = (f(load), f(before), f(v));
