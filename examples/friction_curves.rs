@@ -75,7 +75,7 @@ fn main() -> ExitCode {
             ),
             sample("rational", "rational Stribeck", Colour::Orange.dashed(), &rational, samples),
             sample("tabulated", "tabulated", Colour::Purple.into(), &tabulated, samples),
-            sample("asymmetric", "asymmetric", Colour::Vermilion.dotted(), &asymmetric, samples),
+            sample("asymmetric", "asymmetric", Colour::Sky.width(5.0), &asymmetric, samples),
         ];
         let dry = sample(
             "stribeck_dry",
@@ -147,7 +147,8 @@ fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterErro
     let mut shapes = Panel::new("sliding velocity v (m/s)", "friction coefficient μ (–)")
         .title("all curves")
         .own_legend();
-    for curve in curves {
+    // The asymmetric curve is two others, and lies below them.
+    for curve in curves.iter().rev() {
         let points: Vec<_> = curve.samples.iter().map(|row| (row[0], row[1])).collect();
         shapes = shapes.line(curve.label, curve.stroke, &points);
     }

@@ -80,6 +80,14 @@ fn main() -> ExitCode {
             .iter()
             .zip(strokes)
             .fold(panel, |panel, (row, (label, stroke))| panel.line(label, stroke, &row.errors));
+        // From above the last error of a method, over three halvings.
+        let slopes = [(0, 2, Colour::Black.width(0.8)), (1, 4, Colour::Black.dashed().width(0.8))];
+        let slopes = slopes.into_iter().chain([(3, 5, Colour::Black.dotted().width(0.8))]);
+        let panel = slopes.fold(panel, |panel, (row, order, stroke)| {
+            let (step, error) = rows[row].errors[0];
+            let line = [1.0, 0.125].map(|x: f64| (x * step, 3.0 * error * x.powi(order)));
+            panel.line(format!("slope {order}"), stroke, line)
+        });
         let figure = Figure::new(720, 460)
             .title("Error over step length: plain steps, and steps split at reversals")
             .panel(panel);

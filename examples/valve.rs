@@ -303,7 +303,8 @@ fn chart([ramp, sine]: &[Test; 2]) -> Figure {
         .title("Test 2: the first turn")
         .x_range(TURN[0]..=TURN[1]);
     let rest = Panel::new("time since the reversal (ms)", "velocity v (µm/s)")
-        .title("that turn, where the stem comes to rest");
+        .title("that turn, where the stem comes to rest")
+        .own_legend();
     Figure::new(900, 680)
         .title("The diaphragm valve: end of the loop, deflection, a turn and its end")
         .columns(2)

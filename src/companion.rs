@@ -150,7 +150,8 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite; the companion is as it was.
+    /// Refuses a normal force that is negative or not finite, and a positive one on a contact that
+    /// has no reference load; the companion is as it was.
     #[inline]
     pub fn reload(
         &mut self,
@@ -377,6 +378,30 @@ impl<T: Scalar> Default for CompanionStep<T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
+    /// The coefficients frozen over the step.
+    #[inline]
+    pub fn coefficients(&self) -> &Affine<T, D> {
+        &self.affine
+    }
+
+    /// What the step makes of a deflection under a drive, with these coefficients.
+    #[inline]
+    pub fn weights(&self) -> &D::Weights {
+        &self.weights
+    }
+
+    /// The deflection z₀ \[m\] at the beginning of the step, after a change of the load.
+    #[inline]
+    pub fn deflection(&self) -> D {
+        self.deflection
+    }
+
+    /// The reference load P \[N\], by which coefficients and energies are multiplied.
+    #[inline]
+    pub fn reference_load(&self) -> T {
+        self.normal_force
+    }
+
     /// Mean friction force \[N\] if the mean velocity is zero.
     #[inline]
     pub fn bias(&self) -> T {

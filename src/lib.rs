@@ -34,11 +34,18 @@
 //! | `bristle-joint` | friction of gears, motors, geared joints |
 //! | `bristle-memory` | loops within loops: guides, piezo stages, bolted joints |
 //! | `bristle-mechanism` | many contacts in one mechanism |
+//! | `bristle-periodic` | what repeats: hunting loops, stick-slip cycles, their stability |
 //! | `bristle-batch` | many bristles at once |
 //! | `bristle-fidelity` | the cheapest model that a scene needs |
 //! | `bristle-identify` | parameters from logs |
 //! | `bristle-convert` | parameters of other tools |
 //! | `bristle-files` | scenes from files, as a program |
+//!
+//! Guides, in the repository: `docs/choosing.md` (which model, step and solver), `control-loop.md`,
+//! `embedded.md`, `paper.md` (the paper's experiments), `experiments.md` (the classical ones, and
+//! other models of the field), `work-precision.md` (beside other ODE codes), `gallery.md` (all
+//! charts); in the folders `docs` of the crates `plane.md`, `joint.md`, `rolling-contact.md`,
+//! `identification.md`, `files.md` and `coming-from.md` (parameters of other tools).
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};

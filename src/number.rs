@@ -75,6 +75,7 @@ impl Units {
             (_, "s/m") => "s/rad",
             (_, "N") => "N m",
             (_, "N/m") => "N m/rad",
+            (_, "N/A") => "N m/A",
             (_, "N s/m") => "N m s/rad",
             (_, "kg") => "kg m²",
             (_, "position") => "angle",

@@ -40,6 +40,12 @@ impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, count) = (self.name, self.value);
         match self.rule {
+            Rule::Count { least: 1 } => {
+                return write!(f, "of {name} there must be at least 1, not {count}");
+            }
+            Rule::CountBetween { least: 1, most: 1 } => {
+                return write!(f, "of {name} there must be 1, not {count}");
+            }
             Rule::Count { least } => {
                 return write!(f, "there must be at least {least} {name}, not {count}");
             }

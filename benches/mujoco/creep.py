@@ -1,11 +1,15 @@
 """A joint with LuGre friction in MuJoCo (`dcmotor lugre`, since 3.7), held by a third of breakaway.
 
     python3 -m venv target/mujoco && target/mujoco/bin/pip install mujoco
-    target/mujoco/bin/python benches/mujoco/creep.py [--out target/figures]
+    target/mujoco/bin/python benches/mujoco/creep.py [--out benches/mujoco]
 
 Leaves `creep.csv`: for each integrator, stiffness and step the position after 1 s and 2 s [rad], the
 largest speed [rad/s], and whether MuJoCo reset the run because a number was bad. A joint that stands
 is at F/σ0, and a little beyond it by what the bristle has slipped while it swung in.
+
+And `sine.csv`: the same joint of 1e4 N m/rad under 2 sin(2πt) N m, for each integrator and step the
+CPU time [s], the least of seven runs, and the position [rad] every 0.1 s. The example `mujoco` of
+bristle-convert draws both beside this library.
 
 The rows `ten lines` do the friction beside MuJoCo, as docs/coming-from.md of bristle-convert says: a
 torque and a joint damping, which its integrator takes implicitly.
@@ -14,9 +18,12 @@ torque and a joint damping, which its integrator takes implicitly.
 import argparse
 import csv
 import math
+import time
 from pathlib import Path
 
 import mujoco
+import numpy
+from mujoco import rollout
 
 INERTIA = 0.01  # kg m²
 COULOMB, STATIC, STRIBECK = 1.0, 1.5, 0.1  # N m, N m, rad/s
@@ -89,7 +96,7 @@ def ten_lines(stiffness, damping, step):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("target/figures"))
+    parser.add_argument("--out", type=Path, default=Path("benches/mujoco"))
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
     print(f"MuJoCo {mujoco.__version__}: {TORQUE} N m of {STATIC} N m for {END} s")
@@ -100,7 +107,7 @@ def main():
         table.writerow(head)
         for stiffness in (1e4, 1e5, 1e6):
             damping = math.sqrt(INERTIA * stiffness)
-            for step in (2e-3, 5e-4, 1e-4):
+            for step in (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4):
                 for method in ("Euler", "RK4", "implicitfast", "implicit", "ten lines"):
                     if method == "ten lines":
                         found = ten_lines(stiffness, damping, step)
@@ -110,6 +117,36 @@ def main():
                     table.writerow([method, stiffness, step, *found])
                     print(f"{stiffness:9.0e}  {1e3 * step:9}  {method:14}  {whole:12.4e}"
                           f"  {whole - half:15.2e}  {fastest:13.3e}  {'yes' if reset else ''}")
+    with open(out / "sine.csv", "w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["method", "step", "cpu"] + [f"x{n}" for n in range(1, 21)])
+        for step in (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5):
+            for method in ("Euler", "RK4", "implicitfast", "implicit"):
+                table.writerow([method, step, *sine(method, step)])
+
+
+def sine(integrator, step):
+    """CPU time [s] of a run without Python between its steps, and positions every 0.1 s."""
+    numbers = (1e4, math.sqrt(INERTIA * 1e4), COULOMB, STATIC, STRIBECK)
+    actuator = ACTUATOR.format(lugre=" ".join(map(str, numbers)))
+    made, data = model(integrator, step, actuator)
+    count = round(END / step)
+    # The torque at the middle of a step: of second order, whatever the integrator does.
+    middles = (numpy.arange(count) + 0.5) * step
+    torque = 2.0 * numpy.sin(2 * math.pi * middles).reshape(1, count, 1)
+    spec = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    start = numpy.empty(mujoco.mj_stateSize(made, spec))
+    mujoco.mj_getState(made, data, start, spec)
+    least = math.inf
+    for _ in range(7):
+        before = time.process_time()
+        states, _ = rollout.rollout(
+            made, data, start, torque, control_spec=mujoco.mjtState.mjSTATE_QFRC_APPLIED
+        )
+        least = min(least, time.process_time() - before)
+    each = round(0.1 / step)
+    # The first number of a state is the time, the second the position.
+    return [least, *states[0, each - 1 :: each, 1]]
 
 
 if __name__ == "__main__":

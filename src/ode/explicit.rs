@@ -91,7 +91,7 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
     before_end: SVector<T, N>,
     /// Of the last accepted step, and of the last trial.
     estimates: [Estimates<T>; 2],
-    /// The Jacobians where the next step starts and where the last trial ended, if they are known.
+    /// The Jacobians known last before the next step, and where the last trial ended.
     jacobians: [Option<SMatrix<T, N, N>>; 2],
     /// Steps that the first of them has served.
     served: usize,
@@ -133,7 +133,7 @@ const HELD: f64 = 0.6;
 /// The steps that a Jacobian of so many states serves: by differences it costs an evaluation for
 /// each of them, a step of order 8 twelve.
 const fn serves(states: usize) -> usize {
-    if states < 12 { 1 } else { states / 6 }
+    if states < 12 { 1 } else { states / 4 }
 }
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.
@@ -208,8 +208,9 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         let [_, latest] = self.estimates;
         let is_known = latest.ratio.is_finite() && latest.coarse.is_finite();
         self.estimates[0] = if is_known { latest } else { Estimates::unknown() };
-        let [_, at_end] = self.jacobians;
-        self.jacobians = [at_end, None];
+        if let Some(at_end) = self.jacobians[1].take() {
+            self.jacobians[0] = Some(at_end);
+        }
     }
 
     /// Forgets what the last step tells of the next.
@@ -324,8 +325,10 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         end: &Point<T, N>,
     ) -> SMatrix<T, N, N> {
         self.served += 1;
-        if let Some(known) = self.jacobians[0].filter(|_| self.served < const { serves(N) }) {
-            self.jacobians[1] = Some(known);
+        if self.served < const { serves(N) }
+            && let Some(known) = self.jacobians[0]
+        {
+            self.jacobians[1] = None;
             return known;
         }
         self.served = 0;

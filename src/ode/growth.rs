@@ -23,6 +23,16 @@ use nalgebra::{SMatrix, SVector};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
+/// From so many states on products with a vector are cheaper than factors of a matrix.
+const MANY: usize = 12;
+
+/// Most terms of the power series of e^A x. More are needed where the step is stiff; then the
+/// factors are taken.
+const TERMS: usize = 24;
+
+/// The power series ends after two terms in a row below this part of the largest component.
+const SMALL: f64 = 1e-2;
+
 /// The estimated error of a run so far.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Growth<T, const N: usize> {
@@ -53,10 +63,14 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
         (error, square): (&SVector<T, N>, f64),
         allowed: &SVector<T, N>,
     ) {
-        let half = Exponential::new(&(growth * lit::<T>(0.5)));
-        let mut grown = self.error;
-        half.apply_to(&mut grown);
-        half.apply_to(&mut grown);
+        let series = if N < MANY { None } else { series(growth, &self.error, allowed) };
+        let grown = series.unwrap_or_else(|| {
+            let half = Exponential::new(&(growth * lit::<T>(0.5)));
+            let mut grown = self.error;
+            half.apply_to(&mut grown);
+            half.apply_to(&mut grown);
+            grown
+        });
         let (mut along, mut own) = (T::zero(), T::zero());
         for i in 0..N {
             let part = error[i] / allowed[i];
@@ -76,6 +90,28 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
             }
         }
     }
+}
+
+/// e^A x by its power series, to a part of its largest component over a scale; none if it does not
+/// converge fast.
+fn series<T: Scalar, const N: usize>(
+    a: &SMatrix<T, N, N>,
+    x: &SVector<T, N>,
+    scale: &SVector<T, N>,
+) -> Option<SVector<T, N>> {
+    let size = |x: &SVector<T, N>| {
+        x.iter().zip(scale).fold(T::zero(), |most, (x, &scale)| most.larger((*x / scale).abs()))
+    };
+    let (mut sum, mut term, mut small) = (*x, *x, 0);
+    for n in 1..=TERMS {
+        term = a * term * lit::<T>(1.0 / n as f64);
+        sum += term;
+        small = if size(&term) <= size(&sum) * lit(SMALL) { small + 1 } else { 0 };
+        if small == 2 {
+            return Some(sum);
+        }
+    }
+    None
 }
 
 /// The factors of an approximation of e^A; not finite where A is not.

@@ -51,8 +51,6 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     pub(super) progress: Progress<T>,
     pub(super) point: Point<T, N>,
     pub(super) locks: [ContactBranch<T>; K],
-    /// Whether `point.time` is a kink of an input.
-    pub(super) at_kink: bool,
     /// The contacts that reverse at the current point, where the next step starts.
     turned: Contacts,
     /// A time \[s\], and how often since then a contact slid in neither direction.
@@ -93,7 +91,6 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
             settings,
             locks: [ContactBranch::free(); K],
-            at_kink: false,
             turned: Contacts::default(),
             undecided: (start_time, 0),
             stopped: None,
@@ -295,7 +292,6 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     fn pass(&mut self, stop: StopTime<T>) {
         self.progress.pass(stop);
         if stop.is_kink {
-            self.at_kink = true;
             self.refresh_rate();
         }
     }
@@ -355,14 +351,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just
     /// after it.
     fn interval(&self, stop: StopTime<T>) -> Interval<T> {
-        let now = self.point.time;
-        let before =
-            |kink: bool, time: T| if kink { self.progress.just_before(time) } else { time };
-        if self.progress.is_forward() {
-            (now, before(stop.is_kink, stop.time))
-        } else {
-            (stop.time, before(self.at_kink, now))
-        }
+        let StopTime { time, is_kink } = stop;
+        (self.point.time, if is_kink { self.progress.just_before(time) } else { time })
     }
 
     /// Describes a trial step, with the method's own dense output or with the cubic through its
@@ -392,7 +382,6 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         for lock in &mut self.locks {
             lock.took(tried);
         }
-        self.at_kink = false;
         let length = self.stepper.accepted(end.time - self.point.time, end, proposed);
         self.progress.propose(length);
         if let Some(longest) = self.seeds.longest() {

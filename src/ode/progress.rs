@@ -102,11 +102,12 @@ impl<T: Scalar> Progress<T> {
         self.control.fixed_step.or(self.control.first_step)
     }
 
-    /// Checks that the span is long enough, and that the steps of an adaptive run that were given
+    /// Checks that the span ends no earlier than it starts and is long enough, and that the steps of an adaptive run that were given
     /// advance the time where it starts.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
+        Named("span.end", self.end_time).at_least("span.start", self.start_time)?;
         let is_long = self.span() >= lit(INSTANT) || self.start_time == self.end_time;
-        let rule = "be span.start, or at least 1e-30 s away from it";
+        let rule = "be span.start, or at least 1e-30 s later";
         Named("span.end", self.end_time).stated(is_long, rule)?;
         // A span that is one rounding of the time long is one step.
         let least = self.smallest_step().smaller(self.span());
@@ -142,19 +143,9 @@ impl<T: Scalar> Progress<T> {
         self.time == self.end_time
     }
 
-    /// Whether the run goes forward in time.
-    pub(crate) fn is_forward(&self) -> bool {
-        self.end_time >= self.start_time
-    }
-
-    /// +1 for a run forward in time, −1 for one backward.
-    pub(crate) fn direction(&self) -> T {
-        if self.is_forward() { T::one() } else { -T::one() }
-    }
-
     /// Length of the time span \[s\].
     pub(crate) fn span(&self) -> T {
-        (self.end_time - self.start_time).abs()
+        self.end_time - self.start_time
     }
 
     /// Length of the next trial \[s\].
@@ -194,23 +185,20 @@ impl<T: Scalar> Progress<T> {
     /// Where the next step has to end at the latest, given the next kink of an input between two
     /// times.
     pub(crate) fn next_stop(&self, next_kink: impl FnOnce(T, T) -> Option<T>) -> StopTime<T> {
-        let direction = self.direction();
-        let is_before = |a: T, b: T| (b - a) * direction > T::zero();
         let mut stop = StopTime { time: self.end_time, is_kink: false };
         // A kink that lies behind, beyond or nowhere (NaN) is none; one at the very end is, for the
         // last stage must not look beyond it.
-        let beyond = stop.time + self.rounding(stop.time) * direction;
+        let beyond = stop.time + self.rounding(stop.time);
         if let Some(kink) = next_kink(self.time, beyond)
-            && is_before(self.time, kink)
-            && is_before(kink, beyond)
+            && self.time < kink
+            && kink < beyond
         {
-            let time = if is_before(kink, stop.time) { kink } else { stop.time };
-            stop = StopTime { time, is_kink: true };
+            stop = StopTime { time: stop.time.smaller(kink), is_kink: true };
         }
         if let Some(step) = self.control.fixed_step {
-            let grid = self.start_time + step * lit((self.grid + 1) as f64) * direction;
+            let grid = self.start_time + step * lit((self.grid + 1) as f64);
             // Rounding must not leave a last step of nothing.
-            if (stop.time - grid) * direction > self.rounding(stop.time) {
+            if stop.time - grid > self.rounding(stop.time) {
                 return StopTime { time: grid, is_kink: false };
             }
         }
@@ -259,7 +247,7 @@ impl<T: Scalar> Progress<T> {
             // Two equal steps instead of a long one and a stub.
             self.rounded(remaining * lit(0.5))
         } else {
-            self.rounded(self.length * self.direction())
+            self.rounded(self.length)
         };
         NextStep { step, end_time: self.time + step, stop, reaches: false }
     }
@@ -316,7 +304,7 @@ impl<T: Scalar> Progress<T> {
     pub(crate) fn pass(&mut self, stop: StopTime<T>) {
         if let Some(step) = self.control.fixed_step {
             // A kink may fall on a grid point, and a grid point on a kink but for rounding.
-            let travelled = (self.time - self.start_time).abs();
+            let travelled = self.time - self.start_time;
             let next = step * lit((self.grid + 1) as f64);
             if !stop.is_kink || next <= travelled + self.smallest_step() {
                 self.grid += 1;

@@ -22,11 +22,16 @@ use super::growth::Exponential;
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
-/// Every so many steps is looked at.
-const LOOK: usize = 16;
+/// Every so many steps of so many states is looked at: powers of a large matrix cost as much as
+/// several steps.
+const fn look(states: usize) -> usize {
+    if states < 12 { 16 } else { 2 * states }
+}
 
 /// A step longer by this factor than the one looked at last is looked at, too.
-const LONGER: f64 = 2.0;
+const fn longer(states: usize) -> f64 {
+    if states < 12 { 2.0 } else { 8.0 }
+}
 
 /// What grows by less than e to this power over the rest of the run remains below the tolerance if
 /// it is far below now.
@@ -75,7 +80,7 @@ impl<T: Scalar> Seeds<T> {
         (order, tolerance): (u8, f64),
     ) -> Option<T> {
         self.since += 1;
-        if self.since < LOOK && length <= self.seen * lit(LONGER) {
+        if self.since < const { look(N) } && length <= self.seen * lit(const { longer(N) }) {
             return None;
         }
         let matters = MATTERS * to_f64(length / remaining);

@@ -32,10 +32,10 @@ const LENIENT: f64 = 1.5;
 
 /// A method with its step control.
 ///
-/// Forward and backward in time (a span whose end lies before its start; a relaxing bristle grows
-/// backward as e^λt, so a few relaxation times are the limit there), on the stack, without
-/// allocation: [`Solver::stream`] hands every step to an observer, [`Solver::begin`] gives a run
-/// to step by hand, and, with the `alloc` feature, [`Solver::solve`] stores a trajectory.
+/// On the stack, without allocation: [`Solver::stream`] hands every step to an observer,
+/// [`Solver::begin`] gives a run to step by hand, and, with the `alloc` feature, [`Solver::solve`]
+/// stores a trajectory. Forward in time only: a bristle forgets, so backward its errors grow as
+/// e^λt, and an answer would be made of rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solver<T: Scalar, M, const N: usize> {
     pub(super) method: M,
@@ -163,9 +163,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a time or a state that is not finite, a span shorter than 10⁻³⁰ s but not empty, a
-    /// first or largest step that does not advance the time, and a right-hand side that is not
-    /// finite at the start.
+    /// Refuses a time or a state that is not finite, a span that ends before it starts or is
+    /// shorter than 10⁻³⁰ s but not empty, a first or largest step that does not advance the time,
+    /// and a right-hand side that is not finite at the start.
     pub fn begin<'a, S: System<T, N, K>, const K: usize>(
         &self,
         system: &'a S,

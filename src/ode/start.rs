@@ -16,11 +16,6 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
 {
     /// First evaluation, first step size, first branches.
     pub(super) fn start(&mut self) -> Result<(), StopReason> {
-        let time = self.point.time;
-        self.at_kink = self.settings.locks && {
-            let before = self.progress.just_before(time);
-            self.system.next_kink(before, time + (time - before)).is_some()
-        };
         self.refresh_rate();
         check_finite(&self.point.rate)?;
         let length = match self.progress.given_length() {
@@ -39,7 +34,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     /// Locks each contact to the direction in which it slides, or is about to.
     fn choose_branches(&mut self) -> Result<(), StopReason> {
         let Point { mut time, mut state, mut rate, .. } = self.point;
-        let later = self.progress.length() * self.progress.direction() * lit(1e-3);
+        let later = self.progress.length() * lit(1e-3);
         let mut velocities = self.velocities(time, &state)?;
         // Without a velocity, the one a little later tells the direction; without an acceleration,
         // the one after that.
@@ -77,8 +72,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         let guess = if size > tiny && speed > tiny { size / speed * lit(0.01) } else { T::zero() };
         let fallback = span * lit(1e-6);
         let guess = (if guess > T::zero() { guess } else { fallback }).smaller(span);
-        let signed = guess * self.progress.direction();
-        let later = self.evaluate(time + signed, &(state + rate * signed));
+        let later = self.evaluate(time + guess, &(state + rate * guess));
         let bend = norm(&(later - rate)) / guess;
         let most = speed.larger(bend);
         let by_rate = if most > lit(1e-15) {

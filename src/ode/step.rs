@@ -46,7 +46,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
         self.start_time
     }
 
-    /// Time at which the step ends \[s\]; before the start for an integration backward in time.
+    /// Time at which the step ends \[s\].
     pub fn end_time(&self) -> T {
         self.end_time
     }

@@ -72,8 +72,8 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
         None
     }
 
-    /// The first time strictly between `time` and `towards` (which may lie before it) at which an
-    /// input is not smooth. There the right-hand side is that just after.
+    /// The first time strictly between `time` and `towards` at which an input is not
+    /// smooth. There the right-hand side is that just after.
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let _ = (time, towards);
         None

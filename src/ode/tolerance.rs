@@ -1,6 +1,6 @@
 //! How accurate each state shall be.
 
-use nalgebra::SVector;
+use nalgebra::{ComplexField, SVector};
 
 use crate::Scalar;
 use crate::parameter::{Named, ParameterError};
@@ -48,7 +48,8 @@ const OF_STEP: f64 = 2.5e-4;
 /// Finest relative tolerance of a step over the rounding ε, unless a finer one is asked for.
 const FINEST: f64 = 30.0;
 
-/// Largest estimated error of a solution over its tolerance.
+/// Largest estimated error of a solution over its tolerance, of up to three states. Tolerances hold
+/// in the root mean square, so that of N states one may have √N times as much.
 const ACCEPTED: f64 = 10.0;
 
 /// Roundings that grow as errors of steps do, a thousandfold and more, are accepted, too.
@@ -121,7 +122,8 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     /// The largest estimated error of a solution over these tolerances of its steps, by its aim.
     pub(super) fn most_growth(&self, aim: f64) -> f64 {
         let roundings = f64::min(ROUNDINGS * to_f64(T::default_epsilon()), MOST_ACCEPTED * aim);
-        (ACCEPTED * aim).max(roundings) / self.largest()
+        let alone = ComplexField::sqrt(f64::max(N as f64 / 3.0, 1.0));
+        (ACCEPTED * alone * aim).max(roundings) / self.largest()
     }
 
     /// The tolerances of one step, of these of the solution and its aim.

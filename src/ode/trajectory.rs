@@ -107,12 +107,8 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
             let [only] = self.times[..] else { return None };
             return self.states.first().copied().filter(|_| time == only);
         };
-        let forward = first.end_time >= first.start_time;
-        let begins = if forward { time >= first.start_time } else { time <= first.start_time };
-        let ended =
-            |step: &Step<T, N>| if forward { step.end_time < time } else { step.end_time > time };
-        let step = self.steps.get(self.steps.partition_point(ended))?;
-        begins.then(|| step.at(time))
+        let step = self.steps.get(self.steps.partition_point(|step| step.end_time < time))?;
+        (time >= first.start_time).then(|| step.at(time))
     }
 
     /// The reversals of sliding directions at which a step was split, in the order of the run.
@@ -290,7 +286,7 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
     fn check(&mut self) -> Result<(), ParameterError> {
         Named("span.start", self.span.start).finite()?;
         Named("span.end", self.span.end).finite()?;
-        let forward = self.span.end >= self.span.start;
+        Named("span.end", self.span.end).at_least("span.start", self.span.start)?;
         match self.output {
             Output::Uniform(samples) => {
                 check_samples(samples)?;
@@ -301,12 +297,10 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
                 let mut previous = self.span.start;
                 for (index, &time) in times.iter().enumerate() {
                     let before = if index == 0 { "span.start" } else { "the time before" };
-                    let (first, last) = ((before, previous), ("span.end", self.span.end));
-                    let (least, most) = if forward { (first, last) } else { (last, first) };
                     let checked = Named("times", time)
                         .finite()
-                        .and_then(|_| Named("times", time).at_least(least.0, least.1))
-                        .and_then(|_| Named("times", time).at_most(most.0, most.1));
+                        .and_then(|_| Named("times", time).at_least(before, previous))
+                        .and_then(|_| Named("times", time).at_most("span.end", self.span.end));
                     ParameterError::of_component(index, checked)?;
                     previous = time;
                 }
@@ -332,11 +326,6 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
             && (!is_dense || steps.try_reserve(1).is_ok())
     }
 
-    /// Whether a time comes before another on the way of the run.
-    fn is_before(&self, a: T, b: T) -> bool {
-        if self.span.end >= self.span.start { a < b } else { a > b }
-    }
-
     fn store(&mut self, time: T, state: SVector<T, N>) {
         self.trajectory.times.push(time);
         self.trajectory.states.push(state);
@@ -360,7 +349,7 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
     /// Stores the samples up to a time.
     fn sample(&mut self, reached: T, state: impl Fn(T) -> SVector<T, N>) {
         while let Some(time) = self.next
-            && !self.is_before(reached, time)
+            && time <= reached
         {
             self.store(time, state(time));
             self.next = self.next_sample();
@@ -379,7 +368,7 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
 
 impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
     fn needs_dense_output(&self, _start_time: T, end_time: T) -> bool {
-        self.output == Output::Dense || self.next.is_some_and(|time| self.is_before(time, end_time))
+        self.output == Output::Dense || self.next.is_some_and(|time| time < end_time)
     }
 
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {

@@ -48,12 +48,7 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> Signal<T> for Functi
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        let forward = towards > time;
-        let ahead = |&kink: &T| match forward {
-            true => kink > time && kink < towards,
-            false => kink < time && kink > towards,
-        };
-        let kinks = self.kinks.iter().copied().filter(ahead);
-        kinks.reduce(|a, b| if (b < a) == forward { b } else { a })
+        let kinks = self.kinks.iter().copied().filter(|&kink| kink > time && kink < towards);
+        kinks.reduce(T::smaller)
     }
 }

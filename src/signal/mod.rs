@@ -25,8 +25,8 @@ pub trait Signal<T: Scalar>: Debug + Clone {
     /// The value and its rate of change. At a kink both are those just after it.
     fn value_and_rate(&self, time: T) -> (T, T);
 
-    /// The first time strictly between `time` and `towards` (which may lie before it) at which the
-    /// signal is not smooth.
+    /// The first time strictly between `time` and `towards` at which the signal is not
+    /// smooth.
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let _ = (time, towards);
         None

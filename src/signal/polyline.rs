@@ -92,12 +92,7 @@ impl<T: Scalar, S: AsRef<[Vertex<T>]> + Debug + Clone> Signal<T> for Polyline<S>
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let vertices = self.vertices.as_ref();
-        if towards > time {
-            let after = vertices.partition_point(|vertex| vertex.time <= time);
-            return vertices.get(after).map(|vertex| vertex.time).filter(|&kink| kink < towards);
-        }
-        let from = vertices.partition_point(|vertex| vertex.time < time).checked_sub(1);
-        let before = from.and_then(|last| vertices.get(last));
-        before.map(|vertex| vertex.time).filter(|&kink| kink > towards)
+        let after = vertices.partition_point(|vertex| vertex.time <= time);
+        vertices.get(after).map(|vertex| vertex.time).filter(|&kink| kink > time && kink < towards)
     }
 }

@@ -14,7 +14,7 @@ fn swung(swing: Swing) -> PrescribedVelocity<f64, Dahl<f64>, Swing> {
 
 #[test]
 fn a_dense_trajectory_answers_at_every_time_it_reached() {
-    for (from, to) in [(0.0, 5.0), (5.0, 0.0), (-3.0, -1.0)] {
+    for (from, to) in [(0.0, 5.0), (-3.0, -1.0)] {
         every_solver!(0.05, tolerance(1e-9), |name, solver| {
             let start = Oscillator::exact(from);
             let run = solver.solve(&Oscillator, from..to, start, Output::Dense).unwrap();
@@ -28,9 +28,8 @@ fn a_dense_trajectory_answers_at_every_time_it_reached() {
             for (time, state) in run.iter() {
                 assert_eq!(run.at(time), Some(*state), "{name} at {time}");
             }
-            let beyond = 1e-9 * (to - from).signum();
-            assert_eq!(run.at(from - beyond), None, "{name}");
-            assert_eq!(run.at(to + beyond), None, "{name}");
+            assert_eq!(run.at(from - 1e-9), None, "{name}");
+            assert_eq!(run.at(to + 1e-9), None, "{name}");
             assert_eq!(run.at(f64::NAN), None, "{name}");
         });
     }
@@ -118,19 +117,16 @@ fn a_failed_run_says_so_and_answers_until_then() {
 fn every_reversal_is_reported_with_its_time() {
     let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
     let times = swing.reversals(10.0);
-    let backward: Vec<f64> = times.iter().rev().copied().collect();
-    for (span, times) in [(0.0..10.0, times), (10.0..0.0, backward)] {
-        every_solver!(0.03, tolerance(1e-6), |name, solver| {
-            let run = solver.solve(&swung(swing), span.clone(), Vector1::new(0.0), Output::Dense);
-            let run = run.unwrap();
-            assert_eq!(run.reversals().len(), times.len(), "{name}");
-            for (reversal, time) in run.reversals().iter().zip(&times) {
-                assert_eq!(reversal.index, 0, "{name}");
-                // A zero of the velocity itself, to rounding.
-                assert!((reversal.time - time).abs() < 1e-13, "{name}: {reversal:?} {time}");
-            }
-        });
-    }
+    every_solver!(0.03, tolerance(1e-6), |name, solver| {
+        let run = solver.solve(&swung(swing), 0.0..10.0, Vector1::new(0.0), Output::Dense);
+        let run = run.unwrap();
+        assert_eq!(run.reversals().len(), times.len(), "{name}");
+        for (reversal, time) in run.reversals().iter().zip(&times) {
+            assert_eq!(reversal.index, 0, "{name}");
+            // A zero of the velocity itself, to rounding.
+            assert!((reversal.time - time).abs() < 1e-13, "{name}: {reversal:?} {time}");
+        }
+    });
 }
 
 #[test]

@@ -62,24 +62,6 @@ fn events_happen_where_the_function_passes_zero_in_the_direction_asked_for() {
 }
 
 #[test]
-fn backward_in_time_the_direction_is_that_of_the_run() {
-    // From t = 0 to −3: cos t falls, as the run goes, at −π/2.
-    let position: Function<'_> = &|_, x| x[0];
-    for (direction, times) in [
-        (Direction::Falling, vec![-FRAC_PI_2]),
-        (Direction::Rising, vec![]),
-        (Direction::Either, vec![-FRAC_PI_2]),
-    ] {
-        every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
-            let events = [event(position, direction, false)];
-            let run =
-                solver.solve_with_events(&Oscillator, 0.0..-3.0, start(), &events, Output::Steps);
-            assert_times(name, run.unwrap().events(), &times);
-        });
-    }
-}
-
-#[test]
 fn a_stop_ends_the_run_there() {
     let velocity: Function<'_> = &|_, x| x[1] + 0.5;
     for i in 0..50 {
@@ -164,27 +146,18 @@ fn two_events_in_a_step_are_reported_in_the_order_of_time() {
     // the same time.
     let late: Function<'_> = &|t, _| t - 0.8;
     let early: Function<'_> = &|t, _| t - 0.2;
-    for (sign, span) in [(1.0, 0.0..1.0), (-1.0, 1.0..0.0)] {
-        every_solver!(3.0, tolerance(1e-2), |name, solver| {
-            let events = [
-                event(late, Direction::Either, false),
-                event(early, Direction::Either, false),
-                event(early, Direction::Either, false),
-            ];
-            let solver = solver.with_first_step(1.0).unwrap();
-            let run = solver.solve_with_events(
-                &Oscillator,
-                span.clone(),
-                start(),
-                &events,
-                Output::Steps,
-            );
-            let run = run.unwrap();
-            let order: Vec<usize> = run.events().iter().map(|event| event.index).collect();
-            let expected = if sign > 0.0 { [1, 2, 0] } else { [0, 1, 2] };
-            assert_eq!(order, expected, "{name}");
-        });
-    }
+    every_solver!(3.0, tolerance(1e-2), |name, solver| {
+        let events = [
+            event(late, Direction::Either, false),
+            event(early, Direction::Either, false),
+            event(early, Direction::Either, false),
+        ];
+        let solver = solver.with_first_step(1.0).unwrap();
+        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
+        let run = run.unwrap();
+        let order: Vec<usize> = run.events().iter().map(|event| event.index).collect();
+        assert_eq!(order, [1, 2, 0], "{name}");
+    });
 }
 
 #[test]

@@ -14,7 +14,7 @@ use bristle::scene::MassSpringDamper;
 use bristle::signal::Function;
 use bristle::{Branch, Bristle, FrBd, ParameterError, Rule, paper};
 use bristle_specimens::ode::{
-    Counted, Integral, OfAny, Oscillator, every_method, every_solver, tolerance,
+    Counted, Integral, OfAny, Oscillator, every_method, every_solver, stick_slip, tolerance,
 };
 use nalgebra::{Vector1, Vector2};
 
@@ -267,14 +267,31 @@ fn a_span_that_is_not_finite_is_refused() {
 }
 
 #[test]
+fn a_span_that_ends_before_it_starts_is_refused_by_the_rule() {
+    every_solver!(0.1, tolerance(1e-6), |name, solver| {
+        for (start, end) in [(1.0, 0.0), (0.0, -1e-100)] {
+            for output in [Output::Steps, Output::Dense, Output::Uniform(3)] {
+                let run = solver.solve(&Oscillator, start..end, Vector2::zeros(), output);
+                let failure = run.unwrap_err();
+                assert_eq!(refusal(&failure).name, "span.end", "{name}");
+                let text = failure.to_string();
+                assert!(text.contains("at least span.start"), "{name}: {text}");
+            }
+            assert!(solver.begin(&Oscillator, start..end, Vector2::zeros()).is_err(), "{name}");
+        }
+    });
+    // Backward, this bristle grows by e^125 in a second.
+    let rig = stick_slip::<f64>();
+    assert!(bristle::ode::solve(&rig, 1.0..0.0, rig.at_rest(), 1e-6, Output::Uniform(2)).is_err());
+}
+
+#[test]
 fn a_span_shorter_than_any_time_that_matters_is_refused() {
     every_solver!(0.1, tolerance(1e-6), |name, solver| {
         for length in [5e-324, 1e-320, 1e-310, 1e-100, 9e-31] {
-            for end in [length, -length] {
-                let run = solver.solve(&Oscillator, 0.0..end, Vector2::zeros(), Output::Steps);
-                let error = refusal(&run.unwrap_err());
-                assert_eq!((error.name, error.value), ("span.end", end), "{name}");
-            }
+            let run = solver.solve(&Oscillator, 0.0..length, Vector2::zeros(), Output::Steps);
+            let error = refusal(&run.unwrap_err());
+            assert_eq!((error.name, error.value), ("span.end", length), "{name}");
         }
         let run = solver.solve(&Oscillator, 0.0..2e-30, Vector2::zeros(), Output::Steps);
         assert_eq!(run.unwrap().last().unwrap().0, 2e-30, "{name}");
@@ -369,15 +386,12 @@ fn fewer_than_two_samples_are_refused() {
 #[test]
 fn times_out_of_order_or_out_of_the_span_are_refused_by_component() {
     // Span, times, the component that is wrong.
-    let cases: [((f64, f64), &[f64], usize); 9] = [
+    let cases: [((f64, f64), &[f64], usize); 6] = [
         ((0.0, 1.0), &[0.2, 0.7, 0.6], 2),
         ((0.0, 1.0), &[-0.1, 0.6], 0),
         ((0.0, 1.0), &[0.1, 1.1], 1),
         ((0.0, 1.0), &[0.1, f64::NAN], 1),
         ((0.0, 1.0), &[f64::INFINITY], 0),
-        ((1.0, 0.0), &[0.6, 0.7], 1),
-        ((1.0, 0.0), &[1.1], 0),
-        ((1.0, 0.0), &[0.5, -0.1], 1),
         ((1.0, 1.0), &[1.0, 1.1], 1),
     ];
     for ((from, to), times, component) in cases {

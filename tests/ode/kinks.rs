@@ -51,20 +51,9 @@ fn a_jump_is_integrated_exactly() {
 }
 
 #[test]
-fn a_jump_is_integrated_exactly_backward_in_time() {
-    for i in 1..60 {
-        let kink = 0.0437 * f64::from(i);
-        for (from, to) in [(4.0, 0.0), (5.7, -1.0), (3.3, 0.013)] {
-            assert_area(jump(kink), (from, to), jump_area(kink, from, to));
-        }
-    }
-}
-
-#[test]
-fn a_run_that_starts_at_a_jump_takes_the_side_it_goes_to() {
+fn a_run_that_starts_at_a_jump_takes_the_side_after_it() {
     for kink in [0.0, 0.3, 1.0, 2.7, -1.3] {
         assert_area(jump(kink), (kink, kink + 2.0), 6.0);
-        assert_area(jump(kink), (kink, kink - 2.0), -2.0);
     }
 }
 
@@ -72,7 +61,6 @@ fn a_run_that_starts_at_a_jump_takes_the_side_it_goes_to() {
 fn a_run_that_ends_at_a_jump_never_looks_beyond() {
     for kink in [0.0, 0.3, 1.0, 2.7, -1.3] {
         assert_area(jump(kink), (kink - 2.0, kink), 2.0);
-        assert_area(jump(kink), (kink + 2.0, kink), -6.0);
     }
 }
 
@@ -89,7 +77,6 @@ fn several_jumps_are_all_met_and_in_turn() {
     );
     let area = 0.0 * 0.4 + 1.0 * 0.7 + 3.0 * 1.4 + 4.0 * 0.5;
     assert_area(u, (0.0, 3.0), area);
-    assert_area(u, (3.0, 0.0), -area);
 }
 
 #[test]
@@ -104,10 +91,8 @@ fn ramps_are_integrated_exactly() {
     // Level, ramp, level, ramp, level.
     let area = -0.3 + 0.5 * 0.8 + 2.0 * 0.6 + 1.25 * 1.2 + 0.5 * 1.1;
     assert_area(trapeze, (0.0, 4.0), area);
-    assert_area(trapeze, (4.0, 0.0), -area);
     // From the middle of a ramp, and from a corner.
     assert_area(trapeze, (0.7, 1.7), 1.25 * 0.4 + 1.2);
-    assert_area(trapeze, (1.7, 0.3), -(0.4 + 1.2));
 }
 
 #[test]
@@ -115,9 +100,7 @@ fn a_kink_within_rounding_of_the_end_is_no_obstacle() {
     for offset in [-2, -1, 0, 1, 2] {
         let end = 1.0 + f64::from(offset) * f64::EPSILON;
         assert_area(jump(1.0), (0.0, end), 1.0);
-        assert_area(jump(1.0), (2.0, end), -3.0);
         assert_area(jump(1.0), (end, 2.0), 3.0);
-        assert_area(jump(1.0), (end, 0.0), -1.0);
     }
 }
 
@@ -146,7 +129,7 @@ fn states_that_feed_back_keep_the_order_across_a_jump() {
             []
         }
         fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
-            (time.min(towards) < 1.0 && 1.0 < time.max(towards)).then_some(1.0)
+            (time < 1.0 && 1.0 < towards).then_some(1.0)
         }
     }
     every_solver!(0.03, tolerance(1e-9), |name, solver| {
@@ -155,14 +138,6 @@ fn states_that_feed_back_keep_the_order_across_a_jump() {
             let exact = if time < 1.0 { 0.0 } else { -f64::exp_m1(1.0 - time) };
             // h⁴/120 for RK4.
             assert!((x[0] - exact).abs() < 1e-8, "{name}: {x} at {time}");
-        }
-        // And back to the jump and beyond.
-        let end = *run.last().unwrap().1;
-        let run = solver.solve(&Lag, 3.0..0.0, end, Output::Uniform(301)).unwrap();
-        for (time, x) in run.iter() {
-            let exact = if time < 1.0 { 0.0 } else { -f64::exp_m1(1.0 - time) };
-            // Errors grow by e³ on the way back.
-            assert!((x[0] - exact).abs() < 4e-7, "{name}: {x} at {time}, going back");
         }
     });
 }
@@ -181,21 +156,19 @@ fn a_reversal_and_a_jump_at_the_same_time_are_both_met() {
             [self.0 - t]
         }
         fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
-            (time.min(towards) < self.0 && self.0 < time.max(towards)).then_some(self.0)
+            (time < self.0 && self.0 < towards).then_some(self.0)
         }
     }
     for kink in [0.3, 0.5, 1.0, 1.1, 1.7] {
         for step in [0.1, 0.25, 10.0] {
             every_solver!(step, tolerance(1e-6), |name, solver| {
                 let area = 11.0 * kink - 7.0 * (2.0 - kink);
-                for (from, to, area) in [(0.0, 2.0, area), (2.0, 0.0, -area)] {
-                    let run =
-                        solver.solve(&Both(kink), from..to, Vector1::new(0.0), Output::Uniform(2));
-                    let run = run.unwrap();
-                    let error = run.last().unwrap().1[0] - area;
-                    assert!(error.abs() < 1e-12, "{name}, {kink} by {step}: {error:e}");
-                    assert_eq!(run.statistics().reversals, 1, "{name}, {kink} by {step}");
-                }
+                let run =
+                    solver.solve(&Both(kink), 0.0..2.0, Vector1::new(0.0), Output::Uniform(2));
+                let run = run.unwrap();
+                let error = run.last().unwrap().1[0] - area;
+                assert!(error.abs() < 1e-12, "{name}, {kink} by {step}: {error:e}");
+                assert_eq!(run.statistics().reversals, 1, "{name}, {kink} by {step}");
             });
         }
     }
@@ -207,13 +180,11 @@ fn a_velocity_that_jumps_across_zero_reverses_there() {
     for step in [0.1, 0.25, 10.0] {
         every_solver!(step, tolerance(1e-6), |name, solver| {
             let system = bristle_specimens::ode::Sided(v);
-            for (from, to, x) in [(0.0, 1.0, 0.4), (1.0, 0.0, -0.4)] {
-                let run = solver.solve(&system, from..to, Vector1::new(0.0), Output::Uniform(2));
-                let run = run.unwrap();
-                let error = run.last().unwrap().1[0] - x;
-                assert!(error.abs() < 1e-12, "{name}, {from}..{to} by {step}: {error:e}");
-                assert_eq!(run.statistics().reversals, 1, "{name}, {from}..{to} by {step}");
-            }
+            let run = solver.solve(&system, 0.0..1.0, Vector1::new(0.0), Output::Uniform(2));
+            let run = run.unwrap();
+            let error = run.last().unwrap().1[0] - 0.4;
+            assert!(error.abs() < 1e-12, "{name} by {step}: {error:e}");
+            assert_eq!(run.statistics().reversals, 1, "{name} by {step}");
         });
     }
 }

@@ -21,7 +21,7 @@ const ERROR: f64 = 1e-6;
 #[test]
 fn uniform_samples_include_both_ends_and_lie_on_the_solution() {
     // Spans and counts of which no quotient is a multiple of a step.
-    for (from, to) in [(0.0, 7.3), (7.3, 0.0), (-2.1, 5.9), (100.0, 93.0)] {
+    for (from, to) in [(0.0, 7.3), (-2.1, 5.9), (93.0, 100.0)] {
         for samples in [2, 3, 10, 97, 1001] {
             every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
                 let start = Oscillator::exact(from);
@@ -77,16 +77,13 @@ fn the_last_state_does_not_depend_on_what_is_stored() {
 #[test]
 fn samples_at_given_times_may_repeat_and_include_both_ends() {
     let times = [0.0, 0.0, 0.3, 0.3, 1.7, 1.75, 4.0, 4.0];
-    let backward: Vec<f64> = times.iter().rev().copied().collect();
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
-        for (times, from, to) in [(&times[..], 0.0, 4.0), (&backward[..], 4.0, 0.0)] {
-            let start = Oscillator::exact(from);
-            let run = solver.solve(&Oscillator, from..to, start, Output::Times(times)).unwrap();
-            assert_eq!(run.times(), times, "{name}");
-            for (time, state) in run.iter() {
-                let error = (state - Oscillator::exact(time)).norm();
-                assert!(error < ERROR, "{name}: {error:e} at {time}");
-            }
+        let start = Oscillator::exact(0.0);
+        let run = solver.solve(&Oscillator, 0.0..4.0, start, Output::Times(&times)).unwrap();
+        assert_eq!(run.times(), times, "{name}");
+        for (time, state) in run.iter() {
+            let error = (state - Oscillator::exact(time)).norm();
+            assert!(error < ERROR, "{name}: {error:e} at {time}");
         }
     });
 }
@@ -107,7 +104,7 @@ fn no_times_are_no_samples() {
 
 #[test]
 fn steps_are_stored_at_both_their_ends() {
-    for (from, to) in [(0.0, 3.21), (3.21, 0.0)] {
+    for (from, to) in [(0.0, 3.21), (-3.2, 0.1)] {
         every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
             let start = Oscillator::exact(from);
             let run = solver.solve(&Oscillator, from..to, start, Output::Steps).unwrap();
@@ -142,57 +139,20 @@ fn a_span_of_no_length_is_its_start() {
     assert_eq!(system.calls.get(), 0);
 }
 
-#[test]
-fn a_run_returns_to_where_it_came_from() {
-    // There and back, smooth and across reversals: what is left is twice the error of one way.
-    let swing = Swing { amplitude: 0.02, angular: 2.0, phase: 0.0 };
-    let bristle = PrescribedVelocity::new(dahl(), swing);
-    every_solver!(0.01, tolerance(1e-10), |name, solver| {
-        let start = Vector2::new(0.3, -0.8);
-        let there = solver.solve(&Oscillator, -1.0..6.0, start, Output::Uniform(2)).unwrap();
-        let back = there.last().unwrap().1;
-        let back = solver.solve(&Oscillator, 6.0..-1.0, *back, Output::Uniform(2)).unwrap();
-        let error = (back.last().unwrap().1 - start).norm();
-        assert!(error < 1e-8, "{name}: {error:e}");
-    });
-    every_solver!(0.01, tolerance(1e-10), |name, solver| {
-        // Backward a bristle remembers exponentially, here by e^(0.1) over 2.4 swings.
-        let start = Vector1::new(0.004);
-        let there = solver.solve(&bristle, 0.0..7.5, start, Output::Uniform(2)).unwrap();
-        let back = there.last().unwrap().1;
-        let back = solver.solve(&bristle, 7.5..0.0, *back, Output::Uniform(2)).unwrap();
-        assert_eq!(back.statistics().reversals, there.statistics().reversals, "{name}");
-        let error = (back.last().unwrap().1 - start).norm();
-        assert!(error < 1e-9, "{name}: {error:e}");
-    });
-}
-
 // ---------------------------------------------------------------------------------------------
 // The grid of fixed steps
 
 /// The grid of a fixed step over a span.
 fn grid(from: f64, to: f64, step: f64) -> Vec<f64> {
-    let direction = (to - from).signum();
-    let mut times: Vec<f64> = (0..)
-        .map(|k| from + direction * step * f64::from(k))
-        .take_while(|time| (to - time) * direction > 1e-12)
-        .collect();
+    let grid = (0..).map(|k| from + step * f64::from(k));
+    let mut times: Vec<f64> = grid.take_while(|time| to - time > 1e-12).collect();
     times.push(to);
     times
 }
 
 #[test]
 fn fixed_steps_lie_on_their_grid_wherever_it_starts() {
-    for (from, to) in [
-        (0.0, 1.0),
-        (1.0, 0.0),
-        (5.7, -1.0),
-        (-1.0, 5.7),
-        (0.1, 2.3),
-        (1000.3, 1003.1),
-        (-77.7, -75.2),
-        (3.0, 2.9),
-    ] {
+    for (from, to) in [(0.0, 1.0), (-1.0, 5.7), (0.1, 2.3), (1000.3, 1003.1), (-77.7, -75.2)] {
         for step in [0.1, 0.3, 0.7, 0.017, 1.0 / 3.0] {
             every_method!(|name, method, order, dense| {
                 let system = Counted::new(Oscillator);
@@ -217,7 +177,7 @@ fn fixed_steps_lie_on_their_grid_wherever_it_starts() {
 
 #[test]
 fn a_step_longer_than_the_span_is_cut_to_it() {
-    for (from, to) in [(0.0, 0.01), (0.01, 0.0), (7.0, 7.01)] {
+    for (from, to) in [(0.0, 0.01), (7.0, 7.01)] {
         every_solver!(5.0, tolerance(1e-6), |name, solver| {
             let solver = solver.with_first_step(5.0).unwrap();
             let start = Oscillator::exact(from);
@@ -238,21 +198,19 @@ fn a_kink_on_the_grid_does_not_shift_it() {
             Vertex { time: kink + 10.0, value: 10.0 },
         ]);
         let system = Integral(ramp.unwrap());
-        for (from, to) in [(0.0, 1.0), (1.0, 0.0)] {
-            every_method!(|name, method, order, dense| {
-                let solver = OfAny::fixed(method, 0.1).unwrap();
-                let run = solver.solve(&system, from..to, Vector1::new(0.0), Output::Steps);
-                let run = run.unwrap();
-                assert_eq!(run.statistics().steps, 10, "{name}, kink at {kink}");
-                for (time, grid) in run.times().iter().zip(grid(from, to, 0.1)) {
-                    assert!((time - grid).abs() < 1e-15, "{name}: {time} {grid}");
-                }
-                // A parabola from the kink on.
-                let area = (1.0 - kink) * (1.0 - kink) / 2.0 * (to - from);
-                // Rounding, magnified by the Rosenbrock methods' weights of up to a hundred.
-                assert!((run.last().unwrap().1[0] - area).abs() < 1e-13, "{name}, {kink}");
-            });
-        }
+        every_method!(|name, method, order, dense| {
+            let solver = OfAny::fixed(method, 0.1).unwrap();
+            let run = solver.solve(&system, 0.0..1.0, Vector1::new(0.0), Output::Steps);
+            let run = run.unwrap();
+            assert_eq!(run.statistics().steps, 10, "{name}, kink at {kink}");
+            for (time, grid) in run.times().iter().zip(grid(0.0, 1.0, 0.1)) {
+                assert!((time - grid).abs() < 1e-15, "{name}: {time} {grid}");
+            }
+            // A parabola from the kink on.
+            let area = (1.0 - kink) * (1.0 - kink) / 2.0;
+            // Rounding, magnified by the Rosenbrock methods' weights of up to a hundred.
+            assert!((run.last().unwrap().1[0] - area).abs() < 1e-13, "{name}, {kink}");
+        });
     }
 }
 

@@ -55,7 +55,6 @@ fn assert_sides(
 fn one_reversal_in_a_step_is_found() {
     let v = velocity(|t| (1.234 - t) * (1.0 + t));
     assert_sides("forward", &v, (0.0, 3.0), 1.234 - (3.0 - 1.234), 1);
-    assert_sides("backward in time", &v, (3.0, 0.0), (3.0 - 1.234) - 1.234, 1);
 }
 
 #[test]
@@ -65,7 +64,6 @@ fn a_velocity_that_crosses_zero_twice_within_a_step_reverses_twice() {
         let v = velocity(move |t| (t - 1.0) * (t - 1.0) - d);
         let dip = 2.0 * f64::sqrt(d);
         assert_sides("dip", &v, (0.0, 2.0), 2.0 - 2.0 * dip, 2);
-        assert_sides("dip, backward in time", &v, (2.0, 0.0), -(2.0 - 2.0 * dip), 2);
         let v = velocity(move |t| d - (t - 1.0) * (t - 1.0));
         assert_sides("bump", &v, (0.0, 2.0), 2.0 * dip - 2.0, 2);
         // Away from the middle of a step too.
@@ -129,7 +127,6 @@ fn a_run_that_starts_at_zero_velocity_takes_the_direction_in_which_it_goes() {
     for sign in [1.0, -1.0] {
         let v = velocity(move |t| sign * t);
         assert_sides("from zero", &v, (0.0, 2.0), sign * 2.0, 0);
-        assert_sides("from zero, backward in time", &v, (0.0, -2.0), sign * 2.0, 0);
         let v = velocity(move |t| sign * t * t);
         assert_sides("from a flat zero", &v, (0.0, 2.0), sign * 2.0, 0);
         let v = velocity(move |t| sign * (1.0 - t));
@@ -140,13 +137,11 @@ fn a_run_that_starts_at_zero_velocity_takes_the_direction_in_which_it_goes() {
 #[test]
 fn the_first_direction_costs_no_trial_where_the_acceleration_tells_it() {
     for sign in [1.0, -1.0] {
-        for (from, to) in [(0.0, 2.0), (0.0, -2.0)] {
-            every_solver!(0.3, tolerance(1e-6), |name, solver| {
-                let system = Sided(velocity(move |t| sign * t));
-                let run = solver.solve(&system, from..to, Vector1::new(0.0), Output::Uniform(2));
-                assert_eq!(run.unwrap().statistics().rejected, 0, "{name}, {sign}, to {to}");
-            });
-        }
+        every_solver!(0.3, tolerance(1e-6), |name, solver| {
+            let system = Sided(velocity(move |t| sign * t));
+            let run = solver.solve(&system, 0.0..2.0, Vector1::new(0.0), Output::Uniform(2));
+            assert_eq!(run.unwrap().statistics().rejected, 0, "{name}, {sign}");
+        });
     }
 }
 
@@ -156,8 +151,6 @@ fn a_run_that_starts_at_zero_velocity_may_reverse_in_its_first_step() {
         // Back for 0.3 s, then forth: the zero at the start is not the reversal.
         let v = velocity(move |t| sign * t * (t - 0.3));
         assert_sides("back and forth", &v, (0.0, 2.0), sign * (1.7 - 0.3), 1);
-        let v = velocity(move |t| sign * t * (t + 0.3));
-        assert_sides("the same backward in time", &v, (0.0, -2.0), sign * (0.3 - 1.7), 1);
     }
 }
 

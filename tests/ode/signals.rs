@@ -104,7 +104,7 @@ fn between_kinks_a_signal_is_smooth_and_at_a_kink_it_is_not() {
 }
 
 #[test]
-fn kinks_are_the_same_in_both_directions() {
+fn kinks_lie_strictly_between() {
     every_signal!(f64, |name, signal| {
         let walk = |from: f64, to: f64| {
             let mut found = Vec::new();
@@ -116,18 +116,12 @@ fn kinks_are_the_same_in_both_directions() {
             found
         };
         let forward = walk(-100.0, 100.0);
-        let mut backward = walk(100.0, -100.0);
-        backward.reverse();
-        assert_eq!(forward, backward, "{name}");
         // Strictly between: neither end counts, and nothing beyond.
         for &kink in &forward {
             assert_eq!(signal.next_kink(kink, kink), None, "{name}");
             assert_ne!(signal.next_kink(kink, 100.0), Some(kink), "{name}");
-            assert_ne!(signal.next_kink(kink, -100.0), Some(kink), "{name}");
             assert_eq!(signal.next_kink(kink - 0.01, kink), None, "{name}");
-            assert_eq!(signal.next_kink(kink + 0.01, kink), None, "{name}");
             assert_eq!(signal.next_kink(kink - 0.01, kink + 0.01), Some(kink), "{name}");
-            assert_eq!(signal.next_kink(kink + 0.01, kink - 0.01), Some(kink), "{name}");
         }
     });
 }
@@ -196,8 +190,6 @@ fn a_function_answers_at_a_kink_with_what_holds_just_after() {
     // The kinks may be given in any order.
     assert_eq!(step.next_kink(0.0, 10.0), Some(1.0));
     assert_eq!(step.next_kink(1.0, 10.0), Some(3.0));
-    assert_eq!(step.next_kink(10.0, 0.0), Some(3.0));
-    assert_eq!(step.next_kink(3.0, 0.0), Some(1.0));
     let text = format!("{step:?}");
     assert!(text.contains("3.0, 1.0"), "{text}");
 }
@@ -296,12 +288,8 @@ fn the_next_corner_of_a_polyline_is_the_first_on_the_way() {
     let probes = [-2.0, -1.0, -0.5, 0.0, 0.2, 0.5, 1.0, 2.0, 6.9, 7.0, 9.0, f64::NAN];
     for from in probes {
         for to in probes {
-            let inside = |time: &f64| from.min(to) < *time && *time < from.max(to);
-            let mut met: Vec<f64> = times.into_iter().filter(inside).collect();
-            if to < from {
-                met.reverse();
-            }
-            let expected = if from.is_nan() || to.is_nan() { None } else { met.first().copied() };
+            let inside = |time: &f64| from < *time && *time < to;
+            let expected = times.into_iter().find(inside);
             assert_eq!(line.next_kink(from, to), expected, "{from} {to}");
         }
     }

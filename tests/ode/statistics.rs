@@ -26,7 +26,7 @@ fn evaluations_are_counted_to_the_last_one() {
     });
     every_solver!(0.03, tolerance(1e-6), |name, solver| {
         let system = Counted::new(bristle);
-        let mut run = solver.begin(&system, 5.0..0.0, Vector1::new(0.0)).unwrap();
+        let mut run = solver.begin(&system, 0.0..5.0, Vector1::new(0.0)).unwrap();
         loop {
             assert_eq!(run.statistics().evaluations, system.calls.get(), "{name}");
             if run.advance().unwrap().is_none() {
@@ -37,11 +37,9 @@ fn evaluations_are_counted_to_the_last_one() {
     });
     let jump = Function::new(|t: f64| (if t < 0.5 { 1.0 } else { 2.0 }, 0.0), [0.5]);
     every_solver!(0.03, tolerance(1e-6), |name, solver| {
-        for span in [0.0..1.0, 1.0..0.0] {
-            let system = Counted::new(Integral(jump));
-            let run = solver.solve(&system, span, Vector1::new(0.0), Output::Steps).unwrap();
-            assert_eq!(run.statistics().evaluations, system.calls.get(), "{name}");
-        }
+        let system = Counted::new(Integral(jump));
+        let run = solver.solve(&system, 0.0..1.0, Vector1::new(0.0), Output::Steps).unwrap();
+        assert_eq!(run.statistics().evaluations, system.calls.get(), "{name}");
     });
 }
 

@@ -1,6 +1,7 @@
 //! A scene as a general-purpose code sees it: f(t, x), ∂f/∂x, and where the input has a kink.
 //!
-//! The right-hand side carries the true |v|; no peer is told where the sliding velocity reverses.
+//! The right-hand side carries the true |v|. A peer with a root function may be told where the
+//! sliding velocity reverses; then |v| continues as ±v beyond it, as with our own methods.
 //! Every evaluation is counted here, so that all peers count alike, and a run that spends too
 //! much is ended here, from inside its own evaluations.
 
@@ -39,6 +40,9 @@ pub(crate) struct Field<'a, S, const N: usize> {
     start: ThreadTime,
     rates: Cell<u64>,
     jacobians: Cell<u64>,
+    branch: Cell<Branch>,
+    /// Where the branch was locked [s].
+    since: Cell<f64>,
 }
 
 /// A stretch without input kinks.
@@ -56,7 +60,14 @@ pub(crate) struct Leg {
 
 impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
     pub(crate) fn new(scene: &'a Scene<S, N>) -> Self {
-        Self { scene, start: ThreadTime::now(), rates: Cell::new(0), jacobians: Cell::new(0) }
+        Self {
+            scene,
+            start: ThreadTime::now(),
+            rates: Cell::new(0),
+            jacobians: Cell::new(0),
+            branch: Cell::new(Branch::Free),
+            since: Cell::new(0.0),
+        }
     }
 
     pub(crate) fn scene(&self) -> &'a Scene<S, N> {
@@ -68,7 +79,7 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
     pub(crate) fn rate(&self, time: f64, state: &SVector<f64, N>) -> SVector<f64, N> {
         self.rates.set(self.rates.get() + 1);
         self.watch();
-        self.scene.system.rate(time, state, [Branch::Free])
+        self.scene.system.rate(time, state, [self.branch.get()])
     }
 
     /// ∂f/∂x.
@@ -76,7 +87,7 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
     pub(crate) fn jacobian(&self, time: f64, state: &SVector<f64, N>) -> SMatrix<f64, N, N> {
         self.jacobians.set(self.jacobians.get() + 1);
         self.watch();
-        let tangent = self.scene.system.linearised(time, state, [Branch::Free]);
+        let tangent = self.scene.system.linearised(time, state, [self.branch.get()]);
         // Every scene of the list has one.
         tangent.map_or_else(|| SMatrix::repeat(f64::NAN), |tangent| tangent.by_state)
     }
@@ -94,6 +105,28 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
         let scales = &self.scene.scales;
         let jacobian = self.jacobian(time, &state.component_mul(scales));
         SMatrix::from_fn(|i, j| jacobian[(i, j)] * scales[j] / scales[i])
+    }
+
+    /// The sliding velocity, whose zero ends a locked piece [m/s]. Where the piece begins it has the
+    /// sign of its branch.
+    pub(crate) fn reversal(&self, time: f64, state: &SVector<f64, N>) -> f64 {
+        match self.branch.get() {
+            Branch::Forward if time <= self.since.get() => f64::MIN_POSITIVE,
+            Branch::Backward if time <= self.since.get() => -f64::MIN_POSITIVE,
+            _ => self.scene.system.sliding_velocities(time, state)[0],
+        }
+    }
+
+    /// Locks |v| to the direction into which the motion goes from a state, or frees it.
+    pub(crate) fn lock(&self, from: Option<(f64, &SVector<f64, N>)>) {
+        self.branch.set(Branch::Free);
+        let Some((time, state)) = from else { return };
+        // Beyond the rounding of a reversal, and before the next one.
+        let step = 1e-9 * self.scene.end;
+        let next = state + self.rate(time, state) * step;
+        let after = self.scene.system.sliding_velocities(time + step, &next)[0];
+        self.since.set(time);
+        self.branch.set(if after < 0.0 { Branch::Backward } else { Branch::Forward });
     }
 
     pub(crate) fn rates(&self) -> u64 {

@@ -82,7 +82,7 @@ fn main() -> ExitCode {
             println!("{line}");
         }
         println!();
-        println!("{}", chart(&machines).save(arguments.out_dir(), "passivity")?.display());
+        println!("{}", chart(&machines, fast).save(arguments.out_dir(), "passivity")?.display());
         Ok(())
     })
 }
@@ -168,7 +168,7 @@ fn settled<M: Bristle<f64, Deflection = f64>>(
     ledger.cycle()
 }
 
-fn chart(machines: &[Machine]) -> Figure {
+fn chart(machines: &[Machine], fast: f64) -> Figure {
     let with = |panel: Panel, points: fn(&Machine) -> &[(f64, f64)]| {
         machines.iter().fold(panel, |panel, machine| {
             panel.line(machine.label, machine.stroke, points(machine))
@@ -179,8 +179,10 @@ fn chart(machines: &[Machine]) -> Figure {
     Figure::new(960, 760)
         .title("An engine made of friction: work of FrBD and LuGre, cycle by cycle")
         .columns(2)
-        .panel(with(panel("slow phase", path, "friction force F (N)"), |m| &m.phases[0]))
-        .panel(with(panel("fast phase", path, "friction force F (N)"), |m| &m.phases[1]))
+        .panel(with(panel("slow phase: 1 mm/s", path, "friction force F (N)"), |m| &m.phases[0]))
+        .panel(with(panel(&format!("fast phase: {fast} m/s"), path, "friction force F (N)"), |m| {
+            &m.phases[1]
+        }))
         .panel(with(
             panel("from rest", "number of cycles (–)", "work done on the contact (mJ)"),
             |m| &m.work,

@@ -455,9 +455,9 @@ const ROWS: [Row; 3] = [
     },
 ];
 
-const NOTE: &str = "Small marks above the line: the run diverged at this step. \
-                    Large mark: critical step, measured; bar: critical step, predicted \
-                    (limits of the bristle: at the top speed).";
+const NOTE: &str = "Marks above the upper line: the run diverged at this step. Below the lower \
+                    line: critical steps, measured (mark) and predicted (bar; limits of the \
+                    bristle: at the top speed).";
 
 fn chart(studies: &[Study; 2]) -> Figure {
     let mut figure = Figure::new(900, 1060)
@@ -480,7 +480,11 @@ impl Row {
         // Above the greatest error there is a rung for each method that diverges.
         let mut panel = match self.limit {
             None => panel.y_range(least..=most).horizontal(study.period, "reference"),
-            Some(_) => panel.log_y().y_range(least..=most * 90.0).horizontal(most * 2.0, ""),
+            Some(_) => panel
+                .log_y()
+                .y_range(least * 1e-5..=most * 90.0)
+                .horizontal(most * 2.0, "")
+                .horizontal(least, ""),
         };
         for (index, sweep) in study.sweeps.iter().enumerate() {
             let Way { label, colour, marker, .. } = *sweep.way;
@@ -493,7 +497,7 @@ impl Row {
             panel = panel.points(label, symbol.size(5.0), lost.map(|run| (run.step, rung)));
             if let Some(Critical { predicted, measured }) = limit(sweep) {
                 // Each method has a level of its own, so that equal limits do not hide each other.
-                let level = least * 5.0 * 8f64.powi(index as i32);
+                let level = least * 3e-5 * 8f64.powi(index as i32);
                 let (mark, line) =
                     ((measured, level), [(predicted, 0.36 * level), (predicted, 2.8 * level)]);
                 panel =

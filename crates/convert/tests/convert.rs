@@ -5,16 +5,47 @@ use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::FrictionCurve;
 use bristle::ode::{self, Output};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, ParameterError};
+use bristle::{
+    Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, ParameterError, Scalar,
+};
 use bristle_analysis::audit::{AuditParameters, audit};
 use bristle_convert::{
     DrakeFriction, LossyGear, MujocoDcMotor, MujocoFriction, Presliding, SimscapeFriction,
 };
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
-use bristle_specimens::{assert_within, check};
+use bristle_specimens::recipe::Recipe;
+use bristle_specimens::specimens::coulomb;
+use bristle_specimens::{assert_within, check, lit};
 
 /// Numbers that no positive parameter may be.
 const BAD: [f64; 7] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e-320, 1e300];
+
+/// A block of Simscape with its default values but for the viscous part.
+fn simscape<T: Scalar>(viscous_coefficient: T) -> SimscapeFriction<T> {
+    let [breakaway_friction, coulomb_friction, breakaway_velocity] = [25.0, 20.0, 0.1].map(lit);
+    SimscapeFriction {
+        breakaway_friction,
+        coulomb_friction,
+        breakaway_velocity,
+        viscous_coefficient,
+    }
+}
+
+/// A row of Modelica's loss tables without friction at no load.
+fn row<T: Scalar>(there: f64, back: f64, ratio: f64) -> LossyGear<T> {
+    LossyGear {
+        driving_efficiency: lit(there),
+        back_driving_efficiency: lit(back),
+        driving_friction: T::zero(),
+        back_driving_friction: T::zero(),
+        ratio: lit(ratio),
+    }
+}
+
+/// A constraint of MuJoCo.
+fn mujoco(friction_loss: f64, inertia: f64, time: f64, solimp: [f64; 2]) -> MujocoFriction<f64> {
+    MujocoFriction { friction_loss, damping: 0.0, inertia, solref: [time, 1.0], solimp }
+}
 
 #[track_caller]
 fn refused<A: std::fmt::Debug>(result: Result<A, ParameterError>, name: &str, value: f64) {
@@ -55,21 +86,13 @@ fn the_simscape_curve_follows_the_block_from_its_breakaway_velocity_on() {
 #[test]
 fn conversions_work_in_single_precision() {
     let row = LossyGear {
-        driving_efficiency: 0.8_f32,
-        back_driving_efficiency: 0.75,
         driving_friction: 0.1,
         back_driving_friction: 0.1,
-        ratio: 50.0,
+        ..row::<f32>(0.8, 0.75, 50.0)
     };
     // 1 − 2 · 0.8 + 0.8 · 0.75 is zero but for roundings.
     assert_eq!(row.losses().unwrap().load.parameters().motor_share, 0.0);
-    let block = SimscapeFriction {
-        breakaway_friction: 25.0_f32,
-        coulomb_friction: 20.0,
-        breakaway_velocity: 0.1,
-        viscous_coefficient: 0.0,
-    };
-    assert_eq!(block.curve().unwrap().at(1.0), 20.0);
+    assert_eq!(simscape(0.0_f32).curve().unwrap().at(1.0), 20.0);
 }
 
 #[test]
@@ -105,13 +128,7 @@ fn the_drake_curve_follows_its_continuous_model_from_the_stiction_tolerance_on()
 fn a_mujoco_bristle_creeps_as_the_constraint_does() {
     let ranges = (0.1..100.0, 1e-3..10.0, 0.002..0.1, 0.1..0.99, 0.5..0.999);
     check(200, ranges, |(friction_loss, inertia, time, least, most)| {
-        let joint = MujocoFriction {
-            friction_loss,
-            damping: 0.0,
-            inertia,
-            solref: [time, 1.0],
-            solimp: [least, most],
-        };
+        let joint = mujoco(friction_loss, inertia, time, [least, most]);
         let bristle = joint.bristle().unwrap();
         let contact = FrBd::new(joint.curve().unwrap(), bristle).under_load(1.0).unwrap();
         for share in [1e-4, 0.1, 0.5] {
@@ -120,9 +137,8 @@ fn a_mujoco_bristle_creeps_as_the_constraint_does() {
             let creep = (1.0 - least) / (least * b) * share * friction_loss / inertia;
             // v = (F/c) f/(f − F), which at half of f is twice the velocity.
             let force = contact.stationary_force(creep / (1.0 - share));
-            assert_within(1e-12, friction_loss, force, share * friction_loss, || {
-                format!("{joint:?}, {share}")
-            });
+            let want = share * friction_loss;
+            assert_within(1e-12, friction_loss, force, want, || format!("{joint:?}, {share}"));
         }
         // The stuck body on its spring: s² + (k/c) s + k/M has a double root.
         let (k, c) = (bristle.arm().stiffness, bristle.arm().series_damping.unwrap());
@@ -133,13 +149,7 @@ fn a_mujoco_bristle_creeps_as_the_constraint_does() {
         assert_within(1e-12, c, damping, c, || "direct form".into());
     });
     // A rigid constraint is clamped, as in MuJoCo.
-    let joint = MujocoFriction {
-        friction_loss: 1.0,
-        damping: 0.0,
-        inertia: 1.0,
-        solref: [0.02, 1.0],
-        solimp: [1.0, 1.0],
-    };
+    let joint = mujoco(1.0, 1.0, 0.02, [1.0, 1.0]);
     let want = 0.9999 * (2.0 / (0.9999 * 0.02)) / 1e-4;
     assert_within(1e-9, want, joint.creep_damping().unwrap(), want, || "clamped".into());
 }
@@ -193,11 +203,9 @@ fn a_gear_and_its_loss_table_pass_the_torques_alike() {
 #[test]
 fn loss_tables_of_the_literature() {
     let row = |eta1, eta2, bf1, bf2| LossyGear {
-        driving_efficiency: eta1,
-        back_driving_efficiency: eta2,
         driving_friction: bf1,
         back_driving_friction: bf2,
-        ratio: 2.0,
+        ..row(eta1, eta2, 2.0)
     };
     // Modelica's LossyGearDemo1 with a ratio of 2: η = 0.5 both ways, μ = (1 − η)/(1 + η).
     let demo = row(0.5, 0.5, 0.0, 0.0).losses().unwrap();
@@ -240,13 +248,9 @@ fn a_presliding_bristle_gives_the_stuck_mass_its_damping() {
         let dry = Presliding { static_coefficient, travel, normal_force, mass, damping_ratio };
         let bristle = dry.bristle().unwrap();
         assert_eq!(bristle.parameters().micro_stiffness, static_coefficient / travel);
-        let curve = DrakeFriction {
-            static_friction: static_coefficient,
-            dynamic_friction: static_coefficient,
-            stiction_tolerance: 1e-3,
-        };
-        let friction = FrBd::new(curve.curve().unwrap(), bristle);
-        let contact = friction.under_load(normal_force).unwrap();
+        let curve =
+            coulomb(&Recipe { dynamic: static_coefficient, viscous: 0.0, ..Recipe::TABLE_2 });
+        let contact = FrBd::new::<f64>(curve, bristle).under_load(normal_force).unwrap();
         let mechanism = Mechanism { mass, spring_stiffness: 0.0, viscous_damping: 0.0 };
         let up_to = AuditParameters::up_to(1.0);
         let parameters = AuditParameters { mechanism: Some(mechanism), ..up_to };
@@ -257,21 +261,10 @@ fn a_presliding_bristle_gives_the_stuck_mass_its_damping() {
 
 #[test]
 fn bad_parameters_are_refused_by_the_name_they_have_in_the_tool() {
-    let block = SimscapeFriction {
-        breakaway_friction: 25.0,
-        coulomb_friction: 20.0,
-        breakaway_velocity: 0.1,
-        viscous_coefficient: 0.001,
-    };
+    let block = simscape(0.001);
     let pair =
         DrakeFriction { static_friction: 0.8, dynamic_friction: 0.6, stiction_tolerance: 1e-3 };
-    let joint = MujocoFriction {
-        friction_loss: 0.5,
-        damping: 0.02,
-        inertia: 0.01,
-        solref: [0.02, 1.0],
-        solimp: [0.9, 0.95],
-    };
+    let joint = mujoco(0.5, 0.01, 0.02, [0.9, 0.95]);
     let dry = Presliding {
         static_coefficient: 0.2,
         travel: 1e-5,
@@ -280,41 +273,33 @@ fn bad_parameters_are_refused_by_the_name_they_have_in_the_tool() {
         damping_ratio: 0.5,
     };
     for bad in BAD {
-        let of = |value| SimscapeFriction { coulomb_friction: value, ..block }.curve();
-        refused(of(bad), "coulomb_friction", bad);
-        let of = |value| SimscapeFriction { breakaway_friction: value, ..block }.curve();
-        refused(of(bad), "breakaway_friction", bad);
-        let of = |value| SimscapeFriction { breakaway_velocity: value, ..block }.curve();
-        refused(of(bad), "breakaway_velocity", bad);
-        let of = |value| DrakeFriction { static_friction: value, ..pair }.curve();
-        refused(of(bad), "static_friction", bad);
-        let of = |value| DrakeFriction { dynamic_friction: value, ..pair }.curve();
-        refused(of(bad), "dynamic_friction", bad);
-        let of = |value| DrakeFriction { stiction_tolerance: value, ..pair }.curve();
-        refused(of(bad), "stiction_tolerance", bad);
-        let of = |value| MujocoFriction { friction_loss: value, ..joint }.curve();
-        refused(of(bad), "friction_loss", bad);
-        let of = |value| MujocoFriction { inertia: value, ..joint }.bristle();
-        refused(of(bad), "inertia", bad);
-        let of = |value| MujocoFriction { solref: [value, 1.0], ..joint }.bristle();
-        refused(of(bad), "solref", bad);
-        let of = |value| Presliding { static_coefficient: value, ..dry }.bristle();
-        refused(of(bad), "static_coefficient", bad);
-        let of = |value| Presliding { travel: value, ..dry }.bristle();
-        refused(of(bad), "travel", bad);
-        let of = |value| Presliding { normal_force: value, ..dry }.bristle();
-        refused(of(bad), "normal_force", bad);
-        let of = |value| Presliding { mass: value, ..dry }.bristle();
-        refused(of(bad), "mass", bad);
+        for (curve, name) in [
+            (SimscapeFriction { coulomb_friction: bad, ..block }.curve(), "coulomb_friction"),
+            (SimscapeFriction { breakaway_friction: bad, ..block }.curve(), "breakaway_friction"),
+            (SimscapeFriction { breakaway_velocity: bad, ..block }.curve(), "breakaway_velocity"),
+            (DrakeFriction { static_friction: bad, ..pair }.curve(), "static_friction"),
+            (DrakeFriction { dynamic_friction: bad, ..pair }.curve(), "dynamic_friction"),
+            (DrakeFriction { stiction_tolerance: bad, ..pair }.curve(), "stiction_tolerance"),
+        ] {
+            refused(curve, name, bad);
+        }
+        refused(MujocoFriction { friction_loss: bad, ..joint }.curve(), "friction_loss", bad);
+        refused(MujocoFriction { inertia: bad, ..joint }.bristle(), "inertia", bad);
+        refused(MujocoFriction { solref: [bad, 1.0], ..joint }.bristle(), "solref", bad);
+        for (bristle, name) in [
+            (Presliding { static_coefficient: bad, ..dry }.bristle(), "static_coefficient"),
+            (Presliding { travel: bad, ..dry }.bristle(), "travel"),
+            (Presliding { normal_force: bad, ..dry }.bristle(), "normal_force"),
+            (Presliding { mass: bad, ..dry }.bristle(), "mass"),
+        ] {
+            refused(bristle, name, bad);
+        }
         if bad != 0.0 && bad != 1e-320 {
-            let of = |value| SimscapeFriction { viscous_coefficient: value, ..block }.curve();
-            refused(of(bad), "viscous_coefficient", bad);
-            let of = |value| MujocoFriction { damping: value, ..joint }.curve();
-            refused(of(bad), "damping", bad);
-            let of = |value| MujocoFriction { solimp: [value, 0.95], ..joint }.bristle();
-            refused(of(bad), "solimp", bad);
-            let of = |value| Presliding { damping_ratio: value, ..dry }.bristle();
-            refused(of(bad), "damping_ratio", bad);
+            let viscous = SimscapeFriction { viscous_coefficient: bad, ..block };
+            refused(viscous.curve(), "viscous_coefficient", bad);
+            refused(MujocoFriction { damping: bad, ..joint }.curve(), "damping", bad);
+            refused(MujocoFriction { solimp: [bad, 0.95], ..joint }.bristle(), "solimp", bad);
+            refused(Presliding { damping_ratio: bad, ..dry }.bristle(), "damping_ratio", bad);
         }
     }
     let low = SimscapeFriction { breakaway_friction: 19.0, ..block }.curve().unwrap_err();
@@ -410,24 +395,15 @@ fn a_dc_motor_slides_as_mujoco_does_and_comes_back() {
     assert_eq!(motor.lugre(), [1e4, 10.0, 1.0, 1.5, 0.1]);
     let loaded = MujocoDcMotor::of(&curve, &bristle, 4.0).unwrap();
     assert_eq!((loaded.static_friction, loaded.viscous_damping), (6.0, 1.2));
-    let other = SimscapeFriction {
-        breakaway_friction: 1.5,
-        coulomb_friction: 1.0,
-        breakaway_velocity: 0.1,
-        viscous_coefficient: 0.0,
-    };
-    let other = MujocoDcMotor::of(&other.curve().unwrap(), &bristle, 1.0);
-    refused(other, "stribeck_exponent", 4.285);
+    let other = simscape(0.0).curve().unwrap();
+    refused(MujocoDcMotor::of(&other, &bristle, 1.0), "stribeck_exponent", 4.285);
     refused(MujocoDcMotor::of(&curve, &bristle, 0.0), "load", 0.0);
     for bad in BAD {
         refused(MujocoDcMotor { stiffness: bad, ..motor }.bristle(), "stiffness", bad);
         refused(MujocoDcMotor { coulomb_friction: bad, ..motor }.curve(), "coulomb_friction", bad);
         refused(MujocoDcMotor { static_friction: bad, ..motor }.curve(), "static_friction", bad);
-        refused(
-            MujocoDcMotor { stribeck_velocity: bad, ..motor }.curve(),
-            "stribeck_velocity",
-            bad,
-        );
+        let curve = MujocoDcMotor { stribeck_velocity: bad, ..motor }.curve();
+        refused(curve, "stribeck_velocity", bad);
     }
     for bad in [f64::NAN, -1.0] {
         refused(MujocoDcMotor { damping: bad, ..motor }.bristle(), "damping", bad);
@@ -470,10 +446,10 @@ fn a_dc_motor_under_a_third_of_its_breakaway_stands_at_every_stiffness() {
         .unwrap();
         let run = ode::solve(&block, 0.0..2.0, block.at_rest(), 1e-8, Output::Uniform(3)).unwrap();
         let [_, half, end] = run.states()[..] else { panic!("three outputs") };
-        for ([half, end], z, what) in [
-            (held(frbd).0, held(frbd).1, "FrBD, passive steps"),
-            (held(lugre).0, held(lugre).1, "LuGre, the same steps"),
-            ([half[0], end[0]], end[2], "FrBD, solved"),
+        for (([half, end], z), what) in [
+            (held(frbd), "FrBD, passive steps"),
+            (held(lugre), "LuGre, the same steps"),
+            (([half[0], end[0]], end[2]), "FrBD, solved"),
         ] {
             // Of F/σ0 itself, once it has swung in; the solver to its tolerance.
             let want = 0.5 / stiffness;

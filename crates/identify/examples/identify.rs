@@ -7,16 +7,16 @@
 //!     --log monday_*.csv --held-out tuesday.csv --terms gravity --columns torque=tau*2.4
 //! ```
 //!
-//! fits the first ones and predicts the others. A column is taken by the beginning of its name in
-//! the first line: `time_s`, `position [rad]`, and one of `torque`, `current`, `voltage` and
-//! `goal`, that of a position controller with duty = clamp(gain (goal − position), ±1). There may
-//! be `velocity`, `enabled` and `external_torque`.
+//! fits the first ones, names a model by them alone, and predicts the others. A column is taken by
+//! the beginning of its name in the first line: `time_s`, `position [rad]`, and one of `torque`,
+//! `current`, `voltage` and `goal`, that of a position controller with duty = clamp(gain (goal −
+//! position), ±1). There may be `velocity`, `supply`, `enabled` and `external_torque`.
 //!
 //! Without `--held-out` the last third of every log is held out.
 //!
-//! Leaves `identify.csv` and `identify.svg`, the measured and the simulated position of the logs
-//! held out, and with the feature `serde` the joint as `identify.toml`, for
-//! `identify::mechanism::JointModel`.
+//! Leaves `identify.csv`, every row with its errors of position and torque, `identify.svg`, the
+//! measured and the simulated position of the logs held out, and with the feature `serde` the joint
+//! as `identify.toml`, for `identify::mechanism::JointModel`.
 
 #[path = "identify/logs.rs"]
 mod logs;
@@ -25,9 +25,10 @@ use std::error::Error;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 
+use bristle::Units;
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Values, println};
 use bristle_identify::mechanism::{
-    self, Friction, Joint, JointFit, Loss, Progress, Settings, Term,
+    self, Friction, GroupScores, Joint, JointFit, Loss, Progress, Score, Settings, Term,
 };
 use logs::Named;
 
@@ -48,15 +49,25 @@ fn main() -> ExitCode {
             .number("delay", 0.0, "s", "time by which the drive acts later than its rows say")
             .must_be(Rule::AtLeast(0.0))
             .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
-            .number("supply", 0.0, "V", "voltage that the duty is of")
+            .number("supply", 0.0, "V", "voltage that the duty is of, without a column of it")
             .must_be(Rule::AtLeast(0.0))
-            .text("terms", "", "torques on the load side: gravity, spring, constant")
+            .text(
+                "terms",
+                "",
+                "torques on the load side: gravity, spring, constant, backward-drag, ripple:NUMBER",
+            )
+            .text("units", "rotation", "of the results: rotation or translation")
             .text("load-gravity", "", "known torque of the load / N m; PART=TORQUE,…, as gain")
             .text("load-inertia", "", "known inertia of the load / kg m²; PART=INERTIA,…, as gain")
             .text("known", "", "PARAMETER=VALUE,… that are known")
             .text("start", "", "PARAMETER=VALUE,… where the search starts")
             .text("each", "", "PARAMETER,… that each log has for itself")
-            .text("model", "all", "coulomb, stribeck, dahl, frbd or lugre, with -loaded behind, …")
+            .text(
+                "model",
+                "all",
+                "coulomb, stribeck, dahl, frbd or lugre, with -loaded, -directional, -exponential \
+                 behind, …",
+            )
             .text("loss", "squares", "squares, huber or tukey")
             .count("runs", 200, "most runs with derivatives of a model")
             .must_be(Rule::AtLeast(1.0))
@@ -103,12 +114,21 @@ fn pairs(option: &str, text: &str) -> Result<Vec<(&'static str, f64)>, Box<dyn E
 
 /// The mechanism, and what is known of it.
 fn joint(arguments: &Values) -> Result<Joint, Box<dyn Error>> {
-    let mut joint = Joint::new();
+    let mut joint = Joint::new().in_units(match arguments.text("units") {
+        "rotation" => Units::Rotation,
+        "translation" => Units::Translation,
+        other => return Err(format!("--units has no {other:?}").into()),
+    });
     for term in arguments.text("terms").split(',').filter(|term| !term.is_empty()) {
+        if let Some(number) = term.strip_prefix("ripple:") {
+            joint = Term::ripple(number.parse()?).into_iter().fold(joint, Joint::with);
+            continue;
+        }
         joint = joint.with(match term {
             "gravity" => Term::Gravity,
-            "spring" => Term::Spring,
-            "constant" => Term::Constant,
+            "spring" => Term::spring(),
+            "constant" => Term::constant(),
+            "backward-drag" => Term::backward_drag(),
             other => return Err(format!("--terms has no {other:?}").into()),
         });
     }
@@ -130,11 +150,8 @@ fn models(text: &str) -> Result<Vec<Friction>, Box<dyn Error>> {
         return Ok(Friction::candidates());
     }
     let model = |word: &str| -> Result<Friction, Box<dyn Error>> {
-        let (name, loaded) = match word.strip_suffix("-loaded") {
-            Some(name) => (name, true),
-            None => (word, false),
-        };
-        let friction = match name {
+        let mut parts = word.split('-');
+        let friction = match parts.next().unwrap_or_default() {
             "coulomb" => Friction::coulomb(),
             "stribeck" => Friction::stribeck(),
             "dahl" => Friction::dahl(),
@@ -142,7 +159,12 @@ fn models(text: &str) -> Result<Vec<Friction>, Box<dyn Error>> {
             "lugre" => Friction::lugre(),
             other => return Err(format!("--model has no {other:?}").into()),
         };
-        Ok(if loaded { friction.loaded() } else { friction })
+        parts.try_fold(friction, |friction, part| match part {
+            "loaded" => Ok(friction.loaded()),
+            "directional" => Ok(friction.directional()),
+            "exponential" => Ok(friction.exponential()),
+            other => Err(format!("--model has no -{other}").into()),
+        })
     };
     text.split(',').map(model).collect()
 }
@@ -183,6 +205,11 @@ fn search(
     Ok(fit)
 }
 
+fn print_error(part: &str, name: &str, score: &Score) {
+    let (size, relative) = (score.mean_absolute, 100.0 * score.relative);
+    println!("  {part:9} {name:32} {size:.4}  {relative:5.1} %");
+}
+
 /// Errors log by log, table, chart and model.
 fn report(
     fit: &JointFit,
@@ -192,8 +219,12 @@ fn report(
     let mut table = Csv::create(
         arguments.out_dir(),
         "identify",
-        &["part", "log", "t", "measured", "simulated"],
+        &["part", "log", "t", "measured", "simulated", "error", "torque_error"],
     )?;
+    let length = match arguments.text("units") {
+        "translation" => "m",
+        _ => "rad",
+    };
     let columns = held_out.len().clamp(1, 2);
     let mut figure =
         Figure::new(860, 60 + 230 * held_out.len().min(PANELS).div_ceil(columns) as u32)
@@ -202,33 +233,35 @@ fn report(
                 fit.friction
             ))
             .columns(columns);
-    println!("mean error of the simulated position, its size [rad]");
-    for (part, logs) in [("fitted", fitted), ("held out", held_out)] {
-        let mut sum = 0.0;
-        for (place, Named { name, log }) in logs.iter().enumerate() {
-            let simulated = fit.simulate(log)?;
+    println!("simulated position: mean size of the error, rmse over the motion");
+    let groups =
+        [("fitted", fitted, Some(&fit.fitted)), ("held out", held_out, fit.held_out.as_ref())];
+    for (part, logs, scores) in groups {
+        let Some(GroupScores { all, each }) = scores else { continue };
+        for ((place, Named { name, log }), scores) in logs.iter().enumerate().zip(each) {
+            print_error(part, name, &scores.simulated);
+            let (simulated, torque_errors) = (fit.simulate(log)?, fit.torque_errors(log)?);
             let rows = || log.times().iter().zip(log.positions()).zip(&simulated);
-            let error = rows().map(|((_, measured), now)| (now - measured).abs()).sum::<f64>()
-                / simulated.len() as f64;
-            sum += error;
-            println!("  {part:9} {name:32} {error:.4}");
-            for ((&t, &measured), &simulated) in rows() {
-                table.row(&[part, name], &[t, measured, simulated])?;
+            for (((&t, &measured), &simulated), torque_error) in rows().zip(torque_errors) {
+                let numbers = [t, measured, simulated, simulated - measured, torque_error];
+                table.row(&[part, name], &numbers)?;
             }
             if part == "held out" && place < PANELS {
                 let line = |values: &[f64]| -> Vec<(f64, f64)> {
                     log.times().iter().copied().zip(values.iter().copied()).collect()
                 };
                 // A line of names has no subscripts.
-                let title = format!("{}: mean error {error:.4} rad", name.replace('_', " "));
-                let panel = Panel::new("time t (s)", "position x (rad)")
+                let (name, error) = (name.replace('_', " "), scores.simulated.mean_absolute);
+                let title = format!("{name}: mean error {error:.4} {length}");
+                let panel = Panel::new("time t (s)", format!("position x ({length})"))
                     .title(title)
                     .line("measured", Colour::Orange.width(4.0), line(log.positions()))
                     .line("simulated", Colour::Blue.width(1.2), line(&simulated));
                 figure = figure.panel(panel);
             }
         }
-        println!("  {part:9} {:32} {:.4}\n", "all", sum / logs.len() as f64);
+        print_error(part, "all", &all.simulated);
+        println!();
     }
     table.finish()?;
     #[cfg(feature = "serde")]

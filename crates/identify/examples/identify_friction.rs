@@ -25,8 +25,8 @@ use bristle::{Bristle, FrBd};
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values, println};
 use bristle_identify as identify;
 use bristle_identify::{
-    Candidate, ElastoPlasticFit, FrBdFit, InitialGuess, Log, LogParameters, MaxwellFit,
-    MeasuredMotion, SearchSettings,
+    Candidate, ElastoPlasticFit, FrBdFit, InitialGuess, Log, LogParameters, MeasuredMotion,
+    SearchSettings,
 };
 
 fn main() -> ExitCode {
@@ -37,7 +37,7 @@ fn main() -> ExitCode {
         )
         .file()
         .text("columns", "t=1,x=2,f=3", "NAME=COLUMN*FACTOR for t, x or v, f, and n, in SI units")
-        .text("model", "lumped", "lumped, relaxing (a second spring) or yielding (elasto-plastic)")
+        .text("model", "lumped", "lumped or yielding (elasto-plastic)")
         .number("from", -1e9, "s", "first time to fit")
         .number("to", 1e9, "s", "last time to fit")
         .number("predict", 1e9, "s", "last time to predict, from the last one fitted on")
@@ -57,16 +57,14 @@ fn main() -> ExitCode {
         };
         match arguments.text("model") {
             "lumped" => report(&FrBdFit, &log, &arguments),
-            "relaxing" => report(&MaxwellFit, &log, &arguments),
             "yielding" => {
                 let substeps = u32::try_from(arguments.count("substeps"))?;
                 let candidate = ElastoPlasticFit { substeps: NonZero::try_from(substeps)? };
                 report(&candidate, &log, &arguments)
             }
-            other => Err(format!(
-                "--model must be lumped, relaxing or yielding, but {other:?} was given"
-            )
-            .into()),
+            other => {
+                Err(format!("--model must be lumped or yielding, but {other:?} was given").into())
+            }
         }
     })
 }
@@ -173,16 +171,20 @@ fn report<C: Candidate<N>, const N: usize>(
         let first = part.times().first().copied().unwrap_or(0.0);
         whole.get(log.times().partition_point(|&t| t < first)).copied().unwrap_or(0.0)
     };
-    println!("                 rmse   work of friction over p: model, data");
+    println!("| model | part | rmse of F/p | mean size | relative | work, model over data |");
     for (name, log, colour) in parts {
         let Some(log) = log else { continue };
         let model = identify::predict(candidate, &fit.values(), &log)?;
         let data = log.coefficients();
+        let errors = || model.iter().zip(data);
+        let mean = |sum: f64| sum / log.len() as f64;
+        let size = mean(errors().map(|(model, data)| (model - data).abs()).sum());
+        let square = mean(errors().map(|(_, data)| data * data).sum());
+        let (rmse, work) = (log.rmse(&model), log.work(&model) / log.work(data));
+        let relative = 100.0 * rmse / square.sqrt();
         println!(
-            "{name:9}  {:10.5}   {:.6e} m, {:.6e} m",
-            log.rmse(&model),
-            log.work(&model),
-            log.work(data)
+            "| `{word}` | {name} | {rmse:.4} | {size:.4} | {relative:.1} % | {work:.3} |",
+            word = arguments.text("model")
         );
         let zero = begin(&log);
         let positions = log.positions().into_iter().map(|x| zero + x).collect();

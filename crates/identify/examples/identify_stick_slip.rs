@@ -446,7 +446,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     };
     let fit = identify::least_squares(&rig, rig.parameters(), &settings, &mut watch)?;
     progress.step();
-    let values = fit.array();
+    let (values, load) = (fit.array::<COUNT>(), mass * GRAVITY);
     println!("\nparameter                value {}", if synthetic { "      truth" } else { "" });
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
         let Parameter { name, unit, least, most, .. } = estimate.parameter;
@@ -477,29 +477,47 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     )?;
     let count = rig.runs.len() + rig.unseen.len();
     let mut figure = Figure::new(760, 300 * count as u32)
-        .title("Friction identified from the statistics of stick-slip");
-    println!("\nsimulated over measured   amplitude  period  mean  a fall");
+        .title("Friction identified from the statistics of stick-slip")
+        .note("Shifted in time to lie on each other: the fit compares statistics, not phases.");
+    // Of an oscillation that stops at all: below it no stick-slip lasts.
+    let least = |run: &Run| 2.0 * run.speed * (run.stiffness * mass * values[6]).sqrt() / load;
+    println!(
+        "\n| simulated over measured | spring, speed | amplitude | least that lasts | period \
+         | mean | a fall |"
+    );
+    let share = if rig.mass_factor > 1.0 { "moving mass free" } else { "mass given" };
     for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {
         let (fitted, measured) = (place < rig.runs.len(), &run.measured);
         let rig_run = [run.speed, run.stiffness];
         let force = fine.simulate(&values, rig_run, measured.mean, 3.0 * rig.duration(run))?;
         let simulated = statistics(&force, rig.threshold, row);
         println!(
-            "{:24} {:10.3} {:7.3} {:5.3} {:7.3}{}",
-            run.name,
+            "| {:?}, {share} | {}{} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            rig.model,
+            run.name.trim(),
+            if fitted { "" } else { ", predicted" },
             simulated.amplitude / measured.amplitude,
+            least(run) / measured.amplitude,
             simulated.period / measured.period,
             simulated.mean / measured.mean,
-            simulated.fall / measured.fall,
-            if fitted { "" } else { "  not fitted" }
+            simulated.fall / measured.fall
         );
         let time = |place: usize| place as f64 * row;
         for (place, (&data, &model)) in run.force.iter().zip(&force).enumerate() {
             table.row(&[&run.name], &[run.speed, time(place), data, model])?;
         }
+        // The simulation begins where it fits the first second best, within a period.
+        let second = &run.force[..run.force.len().min((1.0 / row) as usize)];
+        let off = |start: usize| -> f64 {
+            second.iter().zip(&force[start..]).map(|(data, model)| (data - model).powi(2)).sum()
+        };
+        let starts = 0..(measured.period / row) as usize;
+        let start = starts.min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
         let line = |force: &[f64]| -> Vec<(f64, f64)> {
             force.iter().enumerate().map(|(i, &f)| (time(i), f)).take_while(|p| p.0 < 1.0).collect()
         };
+        let data = if synthetic { "made: simulated with known parameters" } else { "measured" };
+        let model = line(&force[start..]);
         figure = figure.panel(
             Panel::new("time t (s)", "spring force over load F/p (–)")
                 .title(format!(
@@ -508,8 +526,8 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
                     1e3 * run.speed,
                     if fitted { "" } else { ", predicted" }
                 ))
-                .line("measured", Colour::Orange.width(4.0), line(&run.force))
-                .line("simulated", Colour::Blue.width(1.2), line(&force)),
+                .line(data, Colour::Orange.width(4.0), line(&run.force))
+                .line("simulated with what was fitted", Colour::Blue.width(1.2), model),
         );
     }
     table.finish()?;

@@ -1,5 +1,5 @@
-//! Candidates: models with parameters to be found. Three are ready: FrBD with a Stribeck curve and
-//! bristles of growing richness.
+//! Candidates: models with parameters to be found. Two are ready: FrBD with a Stribeck curve, and
+//! such a bristle that yields.
 
 use core::fmt::Debug;
 use core::num::NonZero;
@@ -10,10 +10,7 @@ use super::static_curve::{EXPONENT, stribeck, stribeck_parameters};
 use bristle::curve::Stribeck;
 use bristle::parameter::ParameterError;
 use bristle::regularisation::Unregularised;
-use bristle::rheology::{
-    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
-    MaxwellArm,
-};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, ElastoPlastic, FrBd, Scalar};
 
 /// A friction model with N parameters to be found. Implement it for a model of your own:
@@ -77,13 +74,6 @@ fn offset(guess: &InitialGuess) -> Parameter {
     Parameter::scaled("offset", "", start, start - size..=start + size, 0.05 * size)
 }
 
-fn kelvin_voigt<T: Scalar>(
-    micro_stiffness: T,
-    micro_damping: T,
-) -> Result<KelvinVoigt<T>, ParameterError> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })
-}
-
 /// [`FrBd`] with a [`Stribeck`] curve (δ = 2) and a [`KelvinVoigt`] bristle.
 ///
 /// Six parameters: μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1.
@@ -103,50 +93,11 @@ impl Candidate<6> for FrBdFit {
 
     fn model<T: Scalar>(
         &self,
-        &[dynamic, excess, velocity, viscous, s0, s1]: &[T; 6],
+        &[dynamic, excess, velocity, viscous, micro_stiffness, micro_damping]: &[T; 6],
     ) -> Result<Self::Model<T>, ParameterError> {
+        let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })?;
         let curve = stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?;
-        Ok(FrBd::new(curve, kelvin_voigt(s0, s1)?))
-    }
-}
-
-/// FrBD whose bristle has a second spring that relaxes, and an offset of the force sensor.
-///
-/// The bristle is a [`GeneralisedMaxwell`] one: a spring σ0, an arm of stiffness K₁ and relaxation
-/// time τ, and a damper σ1. Nine parameters: those of [`FrBdFit`], then K₁, τ and the offset. With
-/// σ1 at its lower bound, zero, the bristle is a
-/// [Zener](bristle::rheology::GeneralisedMaxwell::zener) one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct MaxwellFit;
-
-impl Candidate<9> for MaxwellFit {
-    type Model<T: Scalar> = FrBd<Stribeck<T>, GeneralisedMaxwell<T, 2>>;
-
-    fn parameters(&self, guess: &InitialGuess) -> [Parameter; 9] {
-        let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
-        // The time in which the breakaway distance is slid. An arm that is much slower acts as a
-        // spring, one that is much faster not at all.
-        let time = guess.dynamic_coefficient / (guess.micro_stiffness * guess.fastest);
-        let stiffness =
-            Parameter::positive("relaxing_stiffness", "1/m", 0.3 * guess.micro_stiffness, 300.0);
-        let relaxation = Parameter::positive("relaxation_time", "s", time, 1e3);
-        [a, b, c, d, e, f, stiffness, relaxation, offset(guess)]
-    }
-
-    fn model<T: Scalar>(&self, values: &[T; 9]) -> Result<Self::Model<T>, ParameterError> {
-        let &[dynamic, excess, velocity, viscous, s0, s1, k1, time, _] = values;
-        let bristle = GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
-            arms: [
-                MaxwellArm { stiffness: s0, series_damping: None },
-                MaxwellArm { stiffness: k1, series_damping: Some(k1 * time) },
-            ],
-            micro_damping: s1,
-        })?;
-        Ok(FrBd::new(stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?, bristle))
-    }
-
-    fn offset<T: Scalar>(&self, &[.., offset]: &[T; 9]) -> T {
-        offset
+        Ok(FrBd::new(curve, bristle))
     }
 }
 
@@ -180,12 +131,11 @@ impl Candidate<8> for ElastoPlasticFit {
     }
 
     fn model<T: Scalar>(&self, values: &[T; 8]) -> Result<Self::Model<T>, ParameterError> {
-        let &[dynamic, excess, velocity, viscous, s0, s1, share, _] = values;
-        ElastoPlastic::new(
-            stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?,
-            kelvin_voigt(s0, s1)?,
-            share * dynamic / s0,
-        )
+        let &[dynamic, excess, velocity, viscous, micro_stiffness, micro_damping, share, _] =
+            values;
+        let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })?;
+        let curve = stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?;
+        ElastoPlastic::new(curve, bristle, share * dynamic / micro_stiffness)
     }
 
     fn substeps(&self) -> NonZero<u32> {

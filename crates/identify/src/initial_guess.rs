@@ -56,8 +56,7 @@ pub struct InitialGuess {
     pub micro_damping: f64,
     /// Offset of the sensor in the friction coefficient \[–\]: the middle between both directions.
     /// A candidate without an offset, such as [`FrBdFit`](super::FrBdFit), cannot follow it.
-    /// Subtract it from the data, or use [`MaxwellFit`](super::MaxwellFit) or
-    /// [`ElastoPlasticFit`](super::ElastoPlasticFit).
+    /// Subtract it from the data, or use [`ElastoPlasticFit`](super::ElastoPlasticFit).
     pub offset: f64,
     /// Largest speed in the log [m/s].
     pub fastest: f64,

@@ -97,7 +97,7 @@ pub(super) fn minimise<R: Objective>(
     let cost = problem.cost(&problem.start);
     Named("sum of squares at the start", cost).check(cost.is_finite(), Rule::Finite)?;
     let mut search = |number, point| {
-        let (cost, outcome) = (problem.cost(&point), SearchOutcome::IterationLimit);
+        let (cost, outcome) = (problem.cost(&point), SearchOutcome::RunLimit);
         let (iterations, rows) = (0, 1);
         let mut search =
             Search { problem, settings, number, point, cost, outcome, iterations, rows };
@@ -205,7 +205,7 @@ impl<R: Objective> Search<'_, R> {
         let mut small_steps = 0;
         loop {
             if self.iterations == self.settings.iterations {
-                return SearchOutcome::IterationLimit;
+                return SearchOutcome::RunLimit;
             }
             self.iterations += 1;
             let rows = problem.rows(&self.point);

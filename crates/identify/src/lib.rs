@@ -15,7 +15,7 @@
 //! |---|---|---|
 //! | 1 | columns, checked row by row | [`Log`], which refuses with a [`LogError`] |
 //! | 2 | starting values for stiffness and curve | [`InitialGuess`] |
-//! | 3 | a model with free parameters | [`FrBdFit`], [`MaxwellFit`] …, or your own [`Candidate`] |
+//! | 3 | a model with free parameters | [`FrBdFit`], [`ElastoPlasticFit`], or your own [`Candidate`] |
 //! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints |
 //! | 5 | a test on data that the fit has not seen | [`predict`] |
 //!
@@ -87,14 +87,13 @@ mod static_curve;
 mod triangle;
 mod uncertainty;
 
-pub use candidates::{Candidate, ElastoPlasticFit, FrBdFit, MaxwellFit};
+pub use candidates::{Candidate, ElastoPlasticFit, FrBdFit};
 pub use initial_guess::{InitialGuess, SlidingPoint};
 pub use least_squares::{SearchProgress, SearchSettings, least_squares};
 pub use log::{Log, LogError, LogParameters, MeasuredMotion};
 pub use report::{Estimate, Fit, Identifiability, Remark, SearchOutcome};
 pub use residuals::{Parameter, Residuals};
 pub use simulation::{fit, predict};
-pub use static_curve::CurveShape;
 
 /// The programs on these pages are tests.
 #[cfg(doctest)]

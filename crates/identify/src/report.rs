@@ -71,11 +71,9 @@ pub enum SearchOutcome {
     /// No step lowers the sum of squares, although its gradient says that one should, or changes of
     /// one parameter by 5 % keep lowering it: the best point found is no minimum.
     Stalled,
-    /// The limit of iterations was reached:
-    /// [`SearchSettings::iterations`](super::SearchSettings::iterations).
-    IterationLimit,
-    /// The limit of runs with derivatives was reached, `gradient_runs` of
-    /// [`mechanism::Settings`](super::mechanism::Settings::gradient_runs).
+    /// The limit of iterations was reached, `iterations` of
+    /// [`SearchSettings`](super::SearchSettings::iterations), or that of runs with derivatives,
+    /// `gradient_runs` of [`mechanism::Settings`](super::mechanism::Settings::gradient_runs).
     RunLimit,
     /// The callback stopped the search.
     Stopped,
@@ -88,11 +86,8 @@ impl fmt::Display for SearchOutcome {
         f.pad(match self {
             SearchOutcome::Converged => "converged",
             SearchOutcome::Stalled => "NOT CONVERGED: stalled short of the minimum",
-            SearchOutcome::IterationLimit => {
-                "NOT CONVERGED: iterations used up: raise `SearchSettings::iterations`"
-            }
             SearchOutcome::RunLimit => {
-                "NOT CONVERGED: gradient_runs used up: raise `Settings::gradient_runs`"
+                "NOT CONVERGED: runs used up: raise `iterations` or `gradient_runs`"
             }
             SearchOutcome::Stopped => "NOT CONVERGED: broken off",
             SearchOutcome::NoDerivative => "NOT CONVERGED: no finite sensitivities",
@@ -111,13 +106,10 @@ pub enum Remark {
         /// Share of the squares of the residuals that it explains \[–\].
         explained: f64,
     },
-    /// One load only: the external torque hardly changes, so that factors of the load cannot be
-    /// told from a constant friction. They are marked undetermined.
+    /// One load only: the external torque hardly changes, or none is modelled or measured, so that
+    /// factors of the load cannot be told from a constant friction: a
+    /// [`Term`](super::mechanism::Term) may be missing. They are marked undetermined.
     OneLoad,
-    /// No external torque is modelled or measured, so that factors of the load cannot be told from
-    /// a constant friction: a [`Term`](super::mechanism::Term) may be missing. They are marked
-    /// undetermined.
-    NoExternalTorque,
     /// The ratio of both directions has run to its bound beside a constant torque: the log does not
     /// tell them apart. Offset and Coulomb torque are marked undetermined.
     OffsetOrDirection,
@@ -126,10 +118,9 @@ pub enum Remark {
     Unexplained {
         /// Number of the log, from zero.
         log: usize,
-        /// Root mean square of the errors over the segments that were fitted \[rad\].
-        rmse: f64,
-        /// Standard deviation of the position over these segments \[rad\].
-        motion: f64,
+        /// Root mean square of the errors over the segments that were fitted, over the standard
+        /// deviation of the position there \[–\].
+        error: f64,
     },
     /// The motion is so sensitive to the parameters that simulations over the length asked for say
     /// nothing: shorter ones were fitted. Stick-slip has such a motion. So has a log that is too
@@ -168,45 +159,36 @@ pub enum Remark {
     },
 }
 
-impl Remark {
-    /// Whether the estimates are not those of the model that was fitted, whatever their errors.
-    fn is_objection(&self) -> bool {
-        matches!(
-            self,
-            Self::LooksLikeMotorTorque { .. } | Self::Unexplained { .. } | Self::ManyTurns { .. }
-        )
-    }
-}
-
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::LooksLikeMotorTorque { explained } => {
-                let percent = 100.0 * explained;
-                write!(f, "NOT FRICTION ALONE: position and acceleration explain {percent:.0} % ")?;
-                write!(f, "of the residuals; is the column the torque of a motor?")
-            }
-            Self::OneLoad => {
-                write!(f, "ONE LOAD ONLY: factors of the load are not told from constant friction")
-            }
-            Self::NoExternalTorque => {
-                write!(f, "no external torque is modelled: a `Term` missing? ")?;
-                write!(f, "Factors of the load are not told from constant friction")
-            }
-            Self::OffsetOrDirection => {
-                write!(f, "OFFSET OR DIRECTION: backward_ratio is at its bound beside ")?;
-                write!(f, "offset_torque; leave one of them out")
-            }
-            Self::Unexplained { log, rmse, motion } => {
-                let (rmse, motion) = (Number(rmse), Number(motion));
-                write!(f, "log {log}: THIS MODEL DOES NOT EXPLAIN THE LOG: ")?;
-                write!(f, "rmse {rmse:.3} rad of a motion of {motion:.3} rad")
-            }
-            Self::Shortened { asked, fitted } => {
-                let (asked, fitted) = (Number(asked), Number(fitted));
-                write!(f, "TOO SENSITIVE over {asked:.3} s: fitted over {fitted:.3} s. ")?;
-                write!(f, "Stick-slip, or a log too short for these parameters")
-            }
+            Self::LooksLikeMotorTorque { explained } => write!(
+                f,
+                "NOT FRICTION ALONE: position and acceleration explain {:.0} % of the residuals; \
+                 is the column the torque of a motor?",
+                100.0 * explained
+            ),
+            Self::OneLoad => f.write_str(
+                "ONE LOAD ONLY: factors of the load are not told from constant friction; \
+                 is a `Term` missing?",
+            ),
+            Self::OffsetOrDirection => f.write_str(
+                "OFFSET OR DIRECTION: backward_ratio is at its bound beside offset_torque; \
+                 leave one of them out",
+            ),
+            Self::Unexplained { log, error } => write!(
+                f,
+                "log {log}: THIS MODEL DOES NOT EXPLAIN THE LOG: its errors are {:.0} % of the \
+                 motion; one wrong log spoils all, fit each log alone",
+                100.0 * error
+            ),
+            Self::Shortened { asked, fitted } => write!(
+                f,
+                "TOO SENSITIVE over {:.3} s: fitted over {:.3} s. Stick-slip, or a log too short \
+                 for these parameters",
+                Number(asked),
+                Number(fitted)
+            ),
             Self::RowsTooSensitive { rows } => {
                 write!(f, "{rows} rows are too sensitive: left out of residuals and errors")
             }
@@ -236,10 +218,6 @@ pub struct Fit {
     pub rows: usize,
     /// Root mean square of the residuals.
     pub rmse: f64,
-    /// Mean of the residuals.
-    pub mean: f64,
-    /// Largest magnitude of a residual.
-    pub largest: f64,
     /// Correlation of each residual with the next: near zero for noise, near one for errors of the
     /// model.
     pub neighbour_correlation: f64,
@@ -290,8 +268,12 @@ impl Fit {
     pub fn is_determined(&self) -> bool {
         let known =
             |verdict| matches!(verdict, Identifiability::Determined | Identifiability::Fixed);
-        let sound = !self.remarks.iter().any(Remark::is_objection);
-        sound && self.estimates.iter().all(|estimate| known(estimate.verdict))
+        use Remark::{LooksLikeMotorTorque, ManyTurns, Unexplained};
+        let objects = |remark: &Remark| {
+            matches!(remark, LooksLikeMotorTorque { .. } | Unexplained { .. } | ManyTurns { .. })
+        };
+        !self.remarks.iter().any(objects)
+            && self.estimates.iter().all(|estimate| known(estimate.verdict))
     }
 }
 
@@ -328,16 +310,9 @@ impl fmt::Display for Fit {
             }
         }
         self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))?;
-        let unexplained = |remark: &&Remark| matches!(remark, Remark::Unexplained { .. });
-        if self.remarks.iter().filter(unexplained).count() > 1 {
-            writeln!(
-                f,
-                "one wrong log spoils the fit of all: fit each log alone to see which it is"
-            )?;
-        }
-        let [rmse, mean, largest] = [self.rmse, self.mean, self.largest].map(Number);
+        let rmse = Number(self.rmse);
         let Self { rows, effective_rows, neighbour_correlation, .. } = self;
-        write!(f, "residuals: rmse {rmse:.5}, mean {mean:.5}, largest {largest:.5}; {rows} rows ")?;
+        write!(f, "residuals: rmse {rmse:.5}; {rows} rows ")?;
         write!(f, "worth {effective_rows:.0} independent ones ")?;
         writeln!(f, "(correlation of neighbours {neighbour_correlation:.2})")?;
         write!(f, "{}, {} iterations", self.outcome, self.iterations)

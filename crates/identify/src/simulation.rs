@@ -175,9 +175,7 @@ fn motor_torque(log: &Log, rmse: f64) -> Option<Remark> {
     });
     let mut triangle = Triangle::new(COLUMNS);
     rows.clone().for_each(|(row, mu)| triangle.push(&mut DVector::from_row_slice(&row), mu));
-    let none = DVector::zeros(COLUMNS);
     let found = triangle.damped(&(triangle.column_norms() * 1e-9), &[true; COLUMNS]);
-    let found = if found.iter().all(|x| x.is_finite()) { found } else { none };
     let (mut left, mut all, mut count) = (0.0, 0.0, 0.0);
     for (row, mu) in rows {
         let model: f64 = row.iter().zip(&found).map(|(x, factor)| x * factor).sum();
@@ -215,7 +213,7 @@ pub fn predict<C: Candidate<N>, const N: usize>(
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::{ElastoPlasticFit, FrBdFit, LogParameters, MaxwellFit, MeasuredMotion};
+    use crate::{ElastoPlasticFit, FrBdFit, LogParameters, MeasuredMotion};
     use core::num::NonZero;
     use num_dual::DualSVec64;
 
@@ -267,7 +265,6 @@ mod tests {
     #[test]
     fn sensitivities_are_those_of_the_residuals() {
         sensitivities(&FrBdFit, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0]);
-        sensitivities(&MaxwellFit, [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01]);
         let elasto_plastic = ElastoPlasticFit { substeps: NonZero::new(2).unwrap() };
         sensitivities(&elasto_plastic, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01]);
     }

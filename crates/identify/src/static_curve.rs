@@ -22,10 +22,7 @@ use super::residuals::{Parameter, Residuals, within};
 use super::robust::Loss;
 use super::{Fit, Log, SearchProgress, SearchSettings, least_squares};
 use bristle::Scalar;
-use bristle::curve::{
-    AnyCurve, FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck,
-    StribeckParameters,
-};
+use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 
@@ -64,32 +61,6 @@ pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     ]
 }
 
-/// A friction curve with four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d,
-/// Stribeck velocity v_S, viscous friction σ2.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum CurveShape {
-    /// The [`Stribeck`] curve of an exponent δ \[–\].
-    Stribeck(f64),
-    /// The [`RationalStribeck`] curve.
-    Rational,
-}
-
-impl CurveShape {
-    fn curve<T: Scalar>(self, values: &[T; 4]) -> Result<AnyCurve<T>, ParameterError> {
-        let &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = values;
-        Ok(match self {
-            Self::Stribeck(exponent) => stribeck(values, exponent)?.into(),
-            Self::Rational => RationalStribeck::new(RationalStribeckParameters {
-                static_coefficient: dynamic_coefficient + excess,
-                dynamic_coefficient,
-                stribeck_velocity,
-                viscous_friction,
-            })?
-            .into(),
-        })
-    }
-}
-
 /// The usual Stribeck exponent δ.
 pub(super) const EXPONENT: f64 = 2.0;
 
@@ -109,7 +80,7 @@ pub(super) fn stribeck<T: Scalar>(
 
 /// Weighted distances of points from a curve.
 struct Points<'a> {
-    shape: CurveShape,
+    exponent: f64,
     points: &'a [SlidingPoint],
     /// √w of each.
     weights: Vec<f64>,
@@ -121,7 +92,7 @@ impl Residuals<4> for Points<'_> {
         values: &[T; 4],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        let curve = self.shape.curve(values)?;
+        let curve = stribeck(values, self.exponent)?;
         for (point, &weight) in self.points.iter().zip(&self.weights) {
             each((curve.at(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
         }
@@ -130,11 +101,11 @@ impl Residuals<4> for Points<'_> {
 }
 
 impl InitialGuess {
-    /// A robust fit of a curve through sliding data that may have outliers, from the start of this
-    /// guess.
+    /// A robust fit of the [`Stribeck`] curve of an exponent δ \[–\] through sliding data that may
+    /// have outliers, from the start of this guess.
     ///
     /// ```
-    /// use bristle_identify::{CurveShape, InitialGuess, SlidingPoint};
+    /// use bristle_identify::{InitialGuess, SlidingPoint};
     ///
     /// // μ = 0.2 + 0.1 exp(−(v/v_S)²) + 2 v with v_S = 10 mm/s, and every tenth point wrong.
     /// let points: Vec<SlidingPoint> = (1..200)
@@ -156,7 +127,7 @@ impl InitialGuess {
     ///     fastest: 0.1,
     ///     reversals: 1,
     /// };
-    /// let fit = guess.static_curve(CurveShape::Stribeck(2.0), &points)?;
+    /// let fit = guess.static_curve(2.0, &points)?;
     /// assert!((fit.estimate("stribeck_velocity").unwrap().value - 0.01).abs() < 1e-6);
     /// // Had the points been of a joint:
     /// let joint = fit.in_units(bristle::Units::Rotation);
@@ -170,7 +141,7 @@ impl InitialGuess {
     /// finite, and bounds that do not contain the start.
     pub fn static_curve(
         &self,
-        shape: CurveShape,
+        stribeck_exponent: f64,
         points: &[SlidingPoint],
     ) -> Result<Fit, ParameterError> {
         Named("points", points.len()).count(FEWEST_POINTS)?;
@@ -182,12 +153,13 @@ impl InitialGuess {
         let every = points.len().div_ceil(MOST_POINTS);
         let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
         let mut parameters = stribeck_parameters(self);
-        let mut problem = Points { shape, points: &points, weights: vec![1.0; points.len()] };
+        let (exponent, weights) = (stribeck_exponent, vec![1.0; points.len()]);
+        let mut problem = Points { exponent, points: &points, weights };
         let mut settings = SearchSettings { starts: STARTS, ..SearchSettings::default() };
         let mut go_on = |_: &SearchProgress<'_>| ControlFlow::Continue(());
         let mut fit = least_squares(&problem, parameters, &settings, &mut go_on)?;
         for _ in 0..ROUNDS {
-            let curve = shape.curve(&fit.array())?;
+            let curve = stribeck(&fit.array(), exponent)?;
             let distance = |point: &SlidingPoint| (curve.at(point.speed) - point.coefficient).abs();
             problem.weights = Loss::Tukey.weights(&points.iter().map(distance).collect::<Vec<_>>());
             if problem.weights.is_empty() {
@@ -220,7 +192,7 @@ impl InitialGuess {
         if !(quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1)) {
             return Ok(guess);
         }
-        let Ok(fit) = guess.static_curve(CurveShape::Stribeck(EXPONENT), &points) else {
+        let Ok(fit) = guess.static_curve(EXPONENT, &points) else {
             return Ok(guess);
         };
         let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.array();

@@ -73,8 +73,6 @@ pub(super) fn assess<R: Objective>(
         correlation,
         rows: residuals.len(),
         rmse: series.rmse,
-        mean: series.mean,
-        largest: residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
         neighbour_correlation: series.neighbour_correlation,
         effective_rows: residuals.len() as f64 / series.time,
         window: series.window,
@@ -89,7 +87,6 @@ pub(super) fn assess<R: Objective>(
 struct Series {
     squares: f64,
     rmse: f64,
-    mean: f64,
     neighbour_correlation: f64,
     /// Correlation time [rows].
     time: f64,
@@ -109,7 +106,6 @@ impl Series {
         Self {
             squares,
             rmse: (squares / count).sqrt(),
-            mean,
             neighbour_correlation: if around > 0.0 { next / around } else { 0.0 },
             time,
             // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
@@ -305,7 +301,7 @@ mod tests {
         let assessed = |largest| {
             let exploding = Exploding(largest);
             let problem = Problem::new(&exploding, &parameters).unwrap();
-            assess(&problem, &problem.start, SearchOutcome::IterationLimit, 0)
+            assess(&problem, &problem.start, SearchOutcome::RunLimit, 0)
         };
         // Beside 10¹² the others fall below half of the digits.
         let (all, kept) = (assessed(f64::INFINITY), assessed(1e6));

@@ -67,7 +67,7 @@ impl Columns {
 fn motion(
     stiffness: f64,
     load: impl LoadLaw<f64>,
-    [motor, external]: [&dyn Fn(JointMotion<f64>) -> JointInputValue<f64>; 2],
+    [motor, external]: [External<'_>; 2],
     angle: f64,
     rows: usize,
 ) -> Vec<JointState<f64>> {
@@ -112,6 +112,15 @@ fn run(torque: f64, seed: u64, noisy: bool) -> Columns {
 
 /// The same with a voltage that acts as it is logged for another time.
 fn driven(torque: f64, seed: u64, noisy: bool, logged: fn(f64) -> f64) -> Columns {
+    let noise = if noisy { 0.03 } else { 0.0 };
+    under(&|now| gravity(torque, 0.0).at(now), seed, noise, logged)
+}
+
+/// A torque on the load side.
+type External<'a> = &'a dyn Fn(JointMotion<f64>) -> JointInputValue<f64>;
+
+/// The same under another torque, with noise of the voltage \[V\]; without it, of the encoder, too.
+fn under(external: External<'_>, seed: u64, noise: f64, logged: fn(f64) -> f64) -> Columns {
     let mut draw = Draw(1000 + 77 * seed);
     (0..10).for_each(|_| _ = draw.next());
     let phases: [f64; 3] = core::array::from_fn(|_| 6.3 * draw.next());
@@ -122,15 +131,16 @@ fn driven(torque: f64, seed: u64, noisy: bool, logged: fn(f64) -> f64) -> Column
         fade * (wave(3.0, 2.3, phases[0]) + wave(2.0, 5.1, phases[1]) + wave(1.0, 11.3, phases[2]))
     };
     let motor = motor(Function::new(move |t: f64| (voltage(logged(t)), 0.0), []), None);
-    let torques: [&dyn Fn(_) -> _; 2] = [&|now| motor.at(now), &|now| gravity(torque, 0.0).at(now)];
+    let torques: [External<'_>; 2] = [&|now| motor.at(now), external];
     let count = core::f64::consts::TAU / 4096.0;
+    let noisy = noise > 0.0;
     let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
     for JointState { time, angle, .. } in
         motion(STIFFNESS, TorqueLoad::new(LOAD).unwrap(), torques, 0.0, 700)
     {
         columns.time.push(time);
         columns.position.push(if noisy { (angle / count).round() * count } else { angle });
-        columns.drive.push(voltage(time) + if noisy { 0.03 * draw.gauss() } else { 0.0 });
+        columns.drive.push(voltage(time) + if noisy { noise * draw.gauss() } else { 0.0 });
     }
     columns
 }
@@ -200,18 +210,14 @@ fn covered(seeds: u64) -> [usize; 7] {
 }
 
 /// Candidates from the simplest to one that is richer than the truth.
-fn compared(seed: u64) -> Comparison {
-    let candidates = [
-        Friction::coulomb(),
-        Friction::dahl(),
-        Friction::coulomb().loaded(),
-        Friction::dahl().loaded(),
-        Friction::frbd().loaded(),
-    ];
-    let [one, two, held_out] = logs(seed, true);
-    let (joint, settings) = (pendulum(), Settings::default());
-    mechanism::compare(&joint, &candidates, &[one, two], &[held_out], &settings, &mut go_on)
-        .unwrap()
+fn candidates() -> [Friction; 5] {
+    let [coulomb, dahl] = [Friction::coulomb(), Friction::dahl()];
+    [coulomb, dahl, coulomb.loaded(), dahl.loaded(), Friction::frbd().loaded()]
+}
+
+fn compared(joint: &Joint, logs: &[DriveLog]) -> Comparison {
+    let settings = Settings::default();
+    mechanism::compare(joint, &candidates(), logs, &[], &settings, &mut go_on).unwrap()
 }
 
 #[test]
@@ -225,25 +231,171 @@ fn estimates_lie_within_three_standard_errors() {
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn the_simplest_sufficient_model_is_named() {
-    let found = compared(1);
+    let found = compared(&pendulum(), &logs(1, true));
     assert_eq!(found.named().unwrap().friction, Friction::dahl().loaded(), "{found}");
     // A richer candidate is started from the simpler one, too, and explains no less.
     let error = |i: usize| found.fits[i].fitted.all.simulated.rmse;
     assert!(error(3) < error(2) && error(3) < error(1) && error(4) < 1.02 * error(3), "{found}");
     let text = found.to_string();
-    assert!(text.contains("simplest") && text.contains("held out"), "{text}");
+    assert!(text.contains("**named**") && text.contains("each by the others"), "{text}");
+}
+
+/// What is not as in the other tests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Case {
+    /// A voltage that is held from row to row, and measured with noise of 0.3 V.
+    HeldAndNoisy,
+    /// A voltage that acts 7.5 ms late.
+    Delayed,
+    /// A drag of 0.03 N m s/rad backwards.
+    DirectionalDrag,
+    /// Gravity of 0.57 N m and inertia of 0.004 kg m² known, both overstated by up to 10 %.
+    Overstated,
+    /// 0.03 N m cos 7x + 0.02 N m sin 7x + 0.01 N m sin 14x.
+    Ripple,
+}
+
+/// The joint, three logs of a case, and the parameters that should be found.
+fn experiment(case: Case, seed: u64) -> (Joint, Vec<DriveLog>, Vec<(&'static str, f64)>) {
+    let mut truth: Vec<_> = NAMES.into_iter().zip(TRUTH).chain([("hanging_angle", 0.0)]).collect();
+    let mut joint = pendulum();
+    let mut is = |name, value| {
+        truth.retain(|(other, _)| *other != name);
+        truth.push((name, value));
+    };
+    let overstated = 1.0 + 0.1 * Draw(seed + 1).next();
+    let mut load = KnownLoad::default();
+    match case {
+        Case::HeldAndNoisy => {}
+        Case::Delayed => {
+            joint = joint.start("delay", 0.0);
+            is("delay", 7.5e-3);
+        }
+        Case::DirectionalDrag => {
+            joint = joint.with(Term::backward_drag());
+            is("backward_drag", 0.01);
+        }
+        Case::Overstated => {
+            let (inertia, gravity_torque) = (0.004 * overstated, 0.57 * overstated);
+            load = KnownLoad { inertia, gravity_torque };
+            is("inertia", INERTIA - inertia);
+            is("gravity_torque", GRAVITY - gravity_torque);
+        }
+        Case::Ripple => {
+            joint = Term::ripple(7.0).into_iter().fold(joint, Joint::with);
+            let names = ["ripple_cos_1", "ripple_sin_1", "ripple_cos_2", "ripple_sin_2"];
+            names.into_iter().zip([0.03, 0.02, 0.0, 0.01]).for_each(|(name, a)| is(name, a));
+        }
+    }
+    let external = |now: JointMotion<f64>| {
+        let mut torque = gravity(GRAVITY, 0.0).at(now);
+        if case == Case::DirectionalDrag && now.velocity < 0.0 {
+            torque.value -= 0.01 * now.velocity;
+            torque.by_velocity -= 0.01;
+        }
+        if case == Case::Ripple {
+            let (sin, cos) = (7.0 * now.angle).sin_cos();
+            torque.value += 0.03 * cos + 0.02 * sin + 0.02 * sin * cos;
+            torque.by_angle += 7.0 * (0.02 * cos - 0.03 * sin + 0.02 * (cos * cos - sin * sin));
+        }
+        torque
+    };
+    let held = case == Case::HeldAndNoisy;
+    let (noise, logged): (f64, fn(f64) -> f64) = match case {
+        Case::HeldAndNoisy => (0.3, |t| ((t + 2e-6) / 5e-3).floor() * 5e-3),
+        Case::Delayed => (0.03, |t| t - 7.5e-3),
+        _ => (0.03, |t| t),
+    };
+    let log = |i: u64| {
+        let columns = under(&external, 10 * seed + i, noise, logged);
+        let drive = Drive::Voltage(&columns.drive);
+        let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
+        DriveLog::new(DriveLogParameters { held, load, ..new }).unwrap()
+    };
+    (joint, (0..3).map(log).collect(), truth)
+}
+
+/// A row of the table of docs/identification.md: `BRISTLE_SEEDS` is the number of seeds.
+fn assert_calibrated(case: Case) {
+    let seeds = std::env::var("BRISTLE_SEEDS").map_or(200, |text| text.parse::<u64>().unwrap());
+    let (mut named, mut all) = (0, Vec::new());
+    for seed in 0..seeds {
+        let (joint, logs, truth) = experiment(case, seed);
+        let found = compared(&joint, &logs);
+        let right = Friction::dahl().loaded();
+        named += usize::from(found.named().is_some_and(|fit| fit.friction == right));
+        let fit = found.fits.iter().find(|fit| fit.friction == right).unwrap();
+        all.resize(truth.len(), Vec::new());
+        for ((name, truth), all) in truth.iter().zip(&mut all) {
+            let Estimate { value, standard_error, .. } = *fit.fit.estimate(name).unwrap();
+            all.push((value - truth, standard_error));
+        }
+    }
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let (_, _, truth) = experiment(case, 0);
+    let per_parameter = truth.iter().zip(&all).map(|((name, _), all)| {
+        let count = all.len() as f64;
+        let within = all.iter().filter(|(error, size)| error.abs() < 3.0 * size).count();
+        let mean = all.iter().map(|(error, _)| error).sum::<f64>() / count;
+        let squares: f64 = all.iter().map(|(error, _)| (error - mean).powi(2)).sum();
+        let scatter = (squares / (count - 1.0)).sqrt();
+        let size = median(all.iter().map(|(_, size)| *size).collect());
+        println!(
+            "    {name:22} {:5.1} %  mean {:+.2} s.e.  {:.2}",
+            100.0 * within as f64 / count,
+            mean / size,
+            size / scatter
+        );
+        (within as f64 / count, *name, size / scatter)
+    });
+    let per_parameter: Vec<_> = per_parameter.collect();
+    let share = per_parameter.iter().map(|p| p.0).sum::<f64>() / per_parameter.len() as f64;
+    let worst = per_parameter.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    let ratios = per_parameter.iter().map(|p| p.2);
+    let least = ratios.clone().fold(f64::INFINITY, f64::min);
+    let most = ratios.fold(0.0, f64::max);
+    let named = named as f64 / seeds as f64;
+    let [share_in, worst_in, well] = [share, worst.0, named].map(|x| 100.0 * x);
+    println!(
+        "| {case:?} | {seeds} | {share_in:.1} % | {worst_in:.0} % (`{}`) | {least:.2} … {most:.2} \
+         | {well:.0} % |",
+        worst.1
+    );
+    let calibrated = share >= 0.95 && least >= 0.7 && most <= 1.5;
+    assert!(calibrated && named >= 0.9, "{case:?}");
 }
 
 #[test]
-#[ignore = "minutes; run in release"]
-fn of_200_seeds_95_percent_are_within_three_standard_errors_and_90_percent_well_named() {
-    let within = covered(200);
-    println!("within three standard errors, of 200: {within:?}");
-    let named = (0..200)
-        .filter(|&seed| compared(seed).named().unwrap().friction == Friction::dahl().loaded())
-        .count();
-    println!("simplest sufficient model named: {named} of 200");
-    assert!(within.iter().all(|&count| count >= 190) && named >= 180);
+#[ignore = "hours; run in release"]
+fn seeds_of_a_held_and_noisy_drive() {
+    assert_calibrated(Case::HeldAndNoisy);
+}
+
+#[test]
+#[ignore = "hours; run in release"]
+fn seeds_of_a_delayed_drive() {
+    assert_calibrated(Case::Delayed);
+}
+
+#[test]
+#[ignore = "hours; run in release"]
+fn seeds_of_a_drag_by_direction() {
+    assert_calibrated(Case::DirectionalDrag);
+}
+
+#[test]
+#[ignore = "hours; run in release"]
+fn seeds_of_overstated_loads() {
+    assert_calibrated(Case::Overstated);
+}
+
+#[test]
+#[ignore = "hours; run in release"]
+fn seeds_of_a_ripple() {
+    assert_calibrated(Case::Ripple);
 }
 
 /// A servo that follows a goal: its controller is closed around the simulated position.
@@ -376,8 +528,8 @@ fn a_fit_can_be_stopped_everywhere() {
     assert!(outcome != SearchOutcome::Stopped && calls > 10, "{outcome} {calls}");
 
     // The term is evaluated some four times a row, and from one candidate to the next there are
-    // a dozen runs.
-    assert!(runs <= 60, "{runs}");
+    // a dozen runs; the start takes some hundred evaluations of the equation of motion.
+    assert!(runs <= 250, "{runs}");
     for last in (1..=calls).step_by(calls.div_ceil(6)) {
         let (outcome, calls, _) = stopped_at(last);
         assert_eq!((outcome, calls), (SearchOutcome::Stopped, last));
@@ -433,7 +585,7 @@ fn one_load_does_not_tell_the_factors_of_the_load() {
     let joint =
         Joint::new().known("torque_constant", TORQUE_CONSTANT).known("resistance", RESISTANCE);
     let found = dahl(&joint, &[log]).unwrap();
-    assert_eq!(found.fit.remarks, [Remark::NoExternalTorque], "{found}");
+    assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
     assert!(found.to_string().contains("a `Term` missing?"), "{found}");
     for name in ["motor_load_factor", "external_load_factor"] {
         let estimate = found.fit.estimate(name).unwrap();
@@ -463,7 +615,7 @@ fn a_richer_candidate_begins_where_the_simpler_one_ended() {
 #[test]
 fn an_offset_and_a_ratio_of_directions_are_told_apart_or_refused() {
     let log = || run(GRAVITY, 2, false).voltage().unwrap();
-    let joint = pendulum().with(Term::Constant);
+    let joint = pendulum().with(Term::constant());
     let directional = Friction::coulomb().directional();
     let error = begun(&joint, directional, log()).unwrap_err().to_string();
     let want = "a direction-dependent friction under a constant load takes its own offset, \
@@ -553,7 +705,7 @@ fn rounded_columns_and_other_starts_end_within_a_standard_error() {
 #[test]
 fn one_load_is_marked_where_a_term_hardly_varies() {
     let log = run(0.0, 5, true).voltage().unwrap();
-    let joint = pendulum().with(Term::Constant).known("gravity_torque", 1e-3);
+    let joint = pendulum().with(Term::constant()).known("gravity_torque", 1e-3);
     // Whatever the one load is.
     for joint in [joint.clone(), joint.known("offset_torque", 0.5)] {
         let found = begun(&joint, Friction::dahl().loaded(), log.clone()).unwrap();
@@ -608,17 +760,20 @@ fn a_search_that_ends_early_names_the_setting_that_ended_it() {
     assert_eq!(fit.fit.outcome, SearchOutcome::RunLimit, "{found}");
     assert!(fit.gradient_runs <= 2 * 8, "{found}");
     // What has not converged is neither the best nor the simplest.
-    assert!(found.named().is_none() && found.best.is_none() && !text.contains("<-"), "{found}");
+    assert!(
+        found.named().is_none() && found.best.is_none() && !text.contains("**named**"),
+        "{found}"
+    );
     assert!(text.contains("no candidate is named"), "{text}");
-    assert!(text.contains("gradient_runs used up: raise `Settings::gradient_runs`"), "{text}");
+    assert!(text.contains("runs used up: raise `iterations` or `gradient_runs`"), "{text}");
     // The table says what was fitted.
     let over = match fit.horizon {
         f64::INFINITY => "whole logs",
         0.0 => "torques",
         _ => " s ",
     };
-    let row = text.lines().nth(1).unwrap();
-    assert!(text.contains("fitted on") && row.contains(over), "{text}");
+    let row = text.lines().nth(2).unwrap();
+    assert!(text.contains("| over |") && row.contains(over), "{text}");
 }
 
 /// A log whose drive is described so.
@@ -766,8 +921,7 @@ fn bad_logs_are_refused_with_column_row_and_rule() {
         (|c| c.position.fill(1.0), "position is 1, but must not stay there all along"),
         (|c| c.drive.truncate(699), "there must be 700 rows of voltage, not 699"),
         (|c| c.drive.iter_mut().for_each(|u| *u = -*u), "does the drive have the sign"),
-        // Only the back-EMF is left, which drives nothing.
-        (|c| c.drive.fill(0.0), "does the drive have the sign"),
+        (|c| c.drive.fill(0.0), "the largest torque of the drives is 0, but must"),
     ] {
         let error = refused(change);
         assert!(error.contains(want), "{error} / {want}");
@@ -783,19 +937,22 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
     let others = others.into_iter().chain(["stribeck_exponent"]);
     let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent", "delay"];
+    let terms = terms.into_iter().chain(["backward_drag", "ripple_cos_1"]);
     for name in NAMES.into_iter().chain(others).chain(terms) {
         assert!(wrong.contains(name), "{name}: {wrong}");
     }
     // A name of a term that is not there.
     let missing = error(pendulum().known("spring_rate", 1.0));
-    assert!(missing.contains("with Term::Spring") && missing.ends_with("spring_rate"), "{missing}");
+    assert!(
+        missing.contains("with the terms of these names") && missing.ends_with("spring_rate"),
+        "{missing}"
+    );
     let missing = error(Joint::new().known("resistance", 3.0));
     assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
     let none = dahl(&pendulum(), &[]).unwrap_err().to_string();
-    assert_eq!(none, "there must be at least 1 logs, not 0");
-    let (candidates, settings) = ([Friction::dahl()], Settings::default());
-    let none = mechanism::compare(&pendulum(), &candidates, &logs, &[], &settings, &mut go_on);
-    assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs held out, not 0");
+    assert_eq!(none, "of logs there must be at least 1, not 0");
+    let none = mechanism::compare(&pendulum(), &[], &logs, &[], &Settings::default(), &mut go_on);
+    assert_eq!(none.unwrap_err().to_string(), "of candidates there must be at least 1, not 0");
 }
 
 #[test]
@@ -869,9 +1026,105 @@ fn the_model_that_was_found_moves_like_the_log() {
     let load = gear.law().parameters();
     assert_eq!(load.idle_load, found.value("coulomb_torque").unwrap());
     assert_eq!(load.motor_share, found.value("motor_load_factor").unwrap());
-    assert_eq!(model.inertia, found.value("inertia").unwrap());
-    let gravity = model.gravity.unwrap();
-    assert!((gravity.horizontal_torque / GRAVITY - 1.0).abs() < 0.03, "{found}");
+    assert_eq!(model.parameters["inertia"], found.value("inertia").unwrap());
+    assert!((model.parameters["gravity_torque"] / GRAVITY - 1.0).abs() < 0.03, "{found}");
+}
+
+/// A file has all parameters, and the joint the functions of its terms.
+#[cfg(feature = "serde")]
+#[test]
+fn a_saved_model_has_the_torques_of_every_term() {
+    use bristle_joint::JointInput;
+
+    let fan = || Term::own("fan", "N m s²/rad²", |_, v| [-v.abs() * v, 0.0, -2.0 * v.abs()]);
+    let joint = pendulum().with(Term::backward_drag()).with(Term::constant());
+    let joint = Term::ripple(7.0).into_iter().fold(joint, Joint::with);
+    let known = [("fan", 0.1), ("backward_drag", 0.2), ("offset_torque", 0.3)];
+    let known = known.into_iter().chain([("ripple_cos_1", 0.4), ("ripple_sin_2", 0.5)]);
+    let known = known.chain([("gravity_torque", 0.6), ("hanging_angle", 0.7)]);
+    let known = known.chain([("ripple_sin_1", 0.8), ("ripple_cos_2", 0.9)]);
+    let complete =
+        known.fold(joint.clone().with(fan()), |joint, (name, value)| joint.known(name, value));
+    let log = run(GRAVITY, 6, false).voltage().unwrap();
+    let found = begun(&complete, Friction::coulomb().loaded(), log).unwrap();
+    let text = toml::to_string(&found.model().unwrap()).unwrap();
+    let read: mechanism::JointModel = toml::from_str(&text).unwrap();
+    let external = read.external(&joint.clone().with(fan())).unwrap();
+    for (x, v) in [(0.3, 2.0), (-1.1, -0.7_f64)] {
+        let angle: f64 = x;
+        let want = 0.1 * -v * v.abs() - 0.2 * v.min(0.0)
+            + 0.3
+            + 0.4 * (7.0 * angle).cos()
+            + 0.8 * (7.0 * angle).sin()
+            + 0.9 * (14.0 * angle).cos()
+            + 0.5 * (14.0 * angle).sin()
+            - 0.6 * (angle - 0.7).sin();
+        let motion = JointMotion { time: 0.0, angle, velocity: v };
+        // Roundings of a dozen terms of order one.
+        assert!((external.at(motion).value - want).abs() < 1e-12, "{x} {v}");
+    }
+    // Without a term, or with one too many, it is another joint.
+    assert!(read.external(&joint).is_err());
+    let error = read.external(&joint.with(fan()).with(Term::spring())).unwrap_err().to_string();
+    assert_eq!(error, "a model has the terms of its fit, not spring_rate");
+}
+
+/// What is held out is predicted, and changes nothing else.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn logs_held_out_take_no_part_in_the_choice() {
+    let fitted = [1, 2].map(|seed| run(GRAVITY, seed, true).voltage().unwrap());
+    let candidates = [Friction::coulomb(), Friction::coulomb().loaded()];
+    let settings = Settings { horizons: vec![0.5], step: 5e-3, ..Settings::default() };
+    let (joint, other) = (pendulum(), [run(0.2 * GRAVITY, 9, true).voltage().unwrap()]);
+    let found = |held_out: &[DriveLog]| {
+        mechanism::compare(&joint, &candidates, &fitted, held_out, &settings, &mut go_on).unwrap()
+    };
+    let (alone, beside) = (found(&[]), found(&other));
+    assert_eq!((&alone.left_out, alone.simplest), (&beside.left_out, beside.simplest));
+    let scores = beside.fits[0].held_out.as_ref().unwrap().all.simulated;
+    assert!(alone.fits[0].held_out.is_none() && scores.rmse > 0.0);
+    // A log by the others is predicted worse than it is fitted.
+    let fitted = alone.fits.iter().map(|fit| fit.fitted.all.simulated.rmse);
+    for ([square, error], fitted) in alone.left_out.iter().zip(fitted) {
+        assert!(square.sqrt() > fitted && *error > 0.0, "{square} {error} {fitted}");
+    }
+}
+
+#[test]
+fn errors_are_given_over_the_motion_and_in_the_units_of_the_machine() {
+    let log = run(GRAVITY, 6, false).voltage().unwrap();
+    let joint = pendulum().in_units(bristle::Units::Translation);
+    let found = begun(&joint, Friction::lugre().loaded(), log.clone()).unwrap();
+    let text = found.to_string();
+    assert!(text.contains("N s/m") && text.contains("1/m") && !text.contains("rad"), "{text}");
+    let (simulated, count) = (found.simulate(&log).unwrap(), log.times().len() as f64);
+    let mean = log.positions().iter().sum::<f64>() / count;
+    let rows = || simulated.iter().zip(log.positions());
+    let errors: f64 = rows().map(|(x, measured)| (x - measured).powi(2)).sum();
+    let motion: f64 = rows().map(|(_, measured)| (measured - mean).powi(2)).sum();
+    let relative = found.fitted.all.simulated.relative;
+    // The last row begins no step, and is not in the motion.
+    assert!((relative / (errors / motion).sqrt() - 1.0).abs() < 2.0 / count, "{relative}");
+    let torques = found.torque_errors(&log).unwrap();
+    let rmse = (torques.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
+    // Sums of 700 roundings.
+    assert!((rmse / found.fitted.all.inverse.rmse - 1.0).abs() < 1e-9, "{rmse}");
+}
+
+/// Drag by direction, waves of the position, and a load that is known to be more than it is.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn what_a_machine_has_beside_comes_back() {
+    for case in [Case::DirectionalDrag, Case::Overstated, Case::Ripple] {
+        let (joint, logs, truth) = experiment(case, 1);
+        let found = dahl(&joint, &logs).unwrap();
+        for (name, truth) in truth {
+            let Estimate { value, standard_error, .. } = *found.fit.estimate(name).unwrap();
+            // Three standard errors hold for most seeds, four for this one.
+            assert!((value - truth).abs() < 4.0 * standard_error, "{case:?} {name}\n{found}");
+        }
+    }
 }
 
 #[cfg(feature = "serde")]

@@ -235,8 +235,8 @@ pub struct GearFrictionParameters<T, M, L> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///
-/// An arm of n joints is one linear solve: add the dampings to the diagonal of its matrix and
-/// subtract the biases from its right-hand side (example `arm`).
+/// An arm of n joints is one linear solve, of `Arm` in `bristle-mechanism`: it takes the loads
+/// ([`GearFriction::load`]) and companions of the [contact](GearFriction::contact) (example `arm`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearFriction<T, M, L> {
     /// Under the reference load.

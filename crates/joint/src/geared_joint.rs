@@ -299,9 +299,7 @@ where
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let GearedJointParameters { motor, external, .. } = &self.parameters;
         match (motor.next_kink(time, towards), external.next_kink(time, towards)) {
-            (Some(one), Some(other)) => {
-                Some(if (one < other) == (towards > time) { one } else { other })
-            }
+            (Some(one), Some(other)) => Some(if other < one { other } else { one }),
             (one, other) => one.or(other),
         }
     }

@@ -13,9 +13,10 @@ use bristle::companion::{Companion, CompletedStep, PointMass, VelocityHistory};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::{Bristle, FrBd, Mechanism, ParameterError, paper};
+use bristle_mechanism::gradient::{ArmAdjoint, ContactAdjoint, backwards};
 use bristle_mechanism::{
-    Block, Chain, ContactState, Coupling, Inputs, LinearMechanism, Matrices, Motion, Rows,
-    Structure, on_ground,
+    Arm, ArmMiddle, ArmMotion, ArmParameters, Block, Chain, ContactState, Coupling, Inputs,
+    LinearMechanism, Link, Matrices, Motion, Rows, Structure, on_ground, on_joint,
 };
 
 type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
@@ -176,5 +177,89 @@ fn main() -> Result<(), ParameterError> {
     println!("1000 masses and contacts alone               {blocks:9.1}");
     println!("1000 blocks in a chain                       {chain:9.1}   {:5.2}", chain / blocks);
     println!("100 modes, one contact                       {string:9.1}   {:5.2}", string / alone);
+    gradient(companion)
+}
+
+const JOINTS: usize = 7;
+
+/// An arm of seven joints, 42 friction parameters, driven to and fro: half a second at a time, so
+/// that other load of the machine is left out.
+#[derive(Clone, Copy)]
+struct Swing {
+    motion: [[f64; JOINTS]; 3],
+    contacts: [ContactState<f64>; JOINTS],
+}
+
+fn swing(n: usize, middle: ArmMiddle<'_, f64>) {
+    let time = STEP * (n as f64 + 0.5);
+    for (i, torque) in middle.torque.iter_mut().enumerate() {
+        *torque = 4.0 / (1.0 + i as f64) * (3.0 * time + i as f64).sin();
+    }
+}
+
+/// Time of a gradient by the adjoint over that of a simulation.
+fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
+    let (mass, length, centre) = (1.0, 0.2, 0.1);
+    let link = Link { mass, length, centre, inertia: 0.003, rotor: 0.02, damping: 0.05 };
+    let parameters = ArmParameters { links: &[link; JOINTS], gravity: 9.81 };
+    let rows: [_; JOINTS] = std::array::from_fn(on_joint);
+    let (arm, companions) = (Arm::on_heap(&parameters, rows)?, [companion; JOINTS]);
+    let contacts = companions.map(|companion| ContactState::new(&companion, 0.0));
+    let (start, steps) = (Swing { motion: [[0.0; JOINTS]; 3], contacts }, 500);
+    let forwards = |arm: &mut Arm<_, _, Vec<f64>>, n: usize, state: &mut Swing| {
+        let [position, velocity, acceleration] = &mut state.motion;
+        let motion = ArmMotion { position, velocity, acceleration };
+        arm.step(STEP, motion, &companions, &mut state.contacts, |middle| swing(n, middle))
+    };
+    let (mut one, mut other) = (arm.clone(), arm);
+    let mut best = [(); 3].map(|()| Best(f64::INFINITY));
+    for _ in 0..ROUNDS / 5 {
+        best[0].time(1, || {
+            let mut state = start;
+            let done = (0..steps).try_for_each(|n| forwards(&mut one, n, &mut state));
+            black_box((done.is_ok(), state));
+        });
+        for (best, between) in best[1..].iter_mut().zip([1, 22]) {
+            best.time(1, || {
+                let mut gradient = [0.0; 6 * JOINTS];
+                let mut by = [[0.0; JOINTS]; 3];
+                let mut contacts = [ContactAdjoint::default(); JOINTS];
+                let step = |n, state: &mut Swing| forwards(&mut one, n, state);
+                let done = backwards(start, steps, between, step, |n, state| {
+                    for (by, q) in by[0].iter_mut().zip(state.motion[0]) {
+                        *by += 2.0 * q;
+                    }
+                    if n == steps {
+                        return Ok(());
+                    }
+                    let [position, velocity, acceleration] = &mut state.motion;
+                    let motion = ArmMotion { position, velocity, acceleration };
+                    let [position, velocity, acceleration] = &mut by;
+                    let by = &mut contacts;
+                    let adjoint = ArmAdjoint { position, velocity, acceleration, contacts: by };
+                    let drive = |middle: ArmMiddle<'_, f64>| swing(n, middle);
+                    let state = &mut state.contacts;
+                    let gradient = &mut gradient;
+                    other.pull_back(
+                        STEP,
+                        motion,
+                        &companions,
+                        state,
+                        drive,
+                        |_| (),
+                        adjoint,
+                        gradient,
+                    )
+                });
+                black_box((done.is_ok(), gradient));
+            });
+        }
+    }
+    let [alone, all, some] = best.map(|best| best.0 * 1e-6);
+    println!();
+    println!("7 joints, 500 steps, 42 parameters                  ms   ratio");
+    println!("simulation                                   {alone:9.2}");
+    println!("gradient, all states kept                    {all:9.2}   {:5.2}", all / alone);
+    println!("gradient, one state in 22 kept               {some:9.2}   {:5.2}", some / alone);
     Ok(())
 }

@@ -9,7 +9,8 @@
 //! | κᵢ, γᵢ | spring and damper to the next block | N/m, N s/m |
 //!
 //! A driver at y(t) is the force k y + c ẏ on the block. Inertias, angles and torques serve as
-//! well: motor and link of an elastic joint are two blocks, with friction on either side.
+//! well: motor and link of an elastic joint are two blocks, with friction on either side; with
+//! backlash they are an [`ElasticJoint`](crate::ElasticJoint).
 //!
 //! Source: R. Burridge, L. Knopoff, "Model and theoretical seismicity", Bull. Seismol. Soc. Am. 57
 //! (1967), for the chain of blocks on a driver.
@@ -105,9 +106,9 @@ impl<T: Scalar> Chain<'_, T> {
         for (index, block) in self.blocks.iter().enumerate() {
             ParameterError::of_component(index, block.to_ground.checked())?;
             let Coupling { stiffness, damping } = block.to_next;
-            let stiffness = Named("stiffness to the next block", stiffness).non_negative();
+            let stiffness = Named("coupling stiffness of block", stiffness).non_negative();
             ParameterError::of_component(index, stiffness)?;
-            let damping = Named("damping to the next block", damping).non_negative();
+            let damping = Named("coupling damping of block", damping).non_negative();
             ParameterError::of_component(index, damping)?;
         }
         LinearMechanism::of_entries(Self::STRUCTURE, self.blocks.len(), self, rows, storage)

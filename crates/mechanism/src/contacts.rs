@@ -1,10 +1,10 @@
 //! Contacts of one axis in a step of the mechanism: predictor, load, companion and ledger.
 
-use crate::mechanism::LinearMechanism;
-use crate::rows::Rows;
-use crate::step::{Motion, check_count, check_length, forwards};
+use crate::mechanism::{LinearMechanism, Structure};
+use crate::rows::{Rows, along};
+use crate::step::{Motion, Parts, check_count, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::ParameterError;
 use bristle::rheology::Deflection;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Form, LoadChange, Scalar, Surface};
@@ -69,15 +69,25 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         &self.done
     }
 
+    /// W v at the beginning of the last step.
+    pub(crate) fn before(&self) -> Option<T> {
+        self.before
+    }
+
+    /// The last step.
+    pub(crate) fn frozen(&self) -> Option<&CompanionStep<T, D>> {
+        self.frozen.as_ref()
+    }
+
     /// Forgets the velocities before: after an impact, or any other jump of a velocity.
     pub fn forget_velocity(&mut self) {
         self.before = None;
     }
 
     /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated
-    /// to its middle; the load has been checked.
+    /// to its middle.
     #[inline(always)]
-    fn freeze<M: Bristle<T, Deflection = D>>(
+    pub(crate) fn freeze<M: Bristle<T, Deflection = D>>(
         &mut self,
         companion: &Companion<T, M>,
         [without, sliding, load, duration]: [T; 4],
@@ -95,6 +105,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         }
         let rescaled = load != contact.normal_force();
         let scale = if rescaled { load / contact.normal_force() } else { T::one() };
+        let scale = if scale >= T::zero() && scale.is_finite() { scale } else { T::nan() };
         let surface = Surface::scaled(predicted, scale);
         let step = if contact.model().form() == Form::OfVelocity {
             companion.step(surface, deflection, duration)
@@ -116,7 +127,7 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
 
     /// Ends the step at the mean sliding velocity that was found.
     #[inline(always)]
-    fn commit(&mut self, mean_sliding: T) {
+    pub(crate) fn commit(&mut self, mean_sliding: T) {
         if let Some(step) = &self.frozen {
             let slipped = self.done.dissipated;
             self.done = step.commit(mean_sliding);
@@ -133,7 +144,7 @@ where
     S: AsRef<[T]> + AsMut<[T]>,
 {
     /// A step of length h ≥ 0 \[s\], with a state for each contact and a companion for each, or one
-    /// for all. NaN for h < 0.
+    /// for all.
     ///
     /// Each sliding velocity is extrapolated from the last two, as by a [`VelocityHistory`]: take
     /// steps of equal length, or call [`ContactState::forget_velocity`] where it changes. Another
@@ -141,10 +152,13 @@ where
     ///
     /// A load is taken as by [`Companion::reload`]. Build companions under a load that is positive.
     ///
+    /// A step takes numbers and gives numbers: what is NaN makes NaN of what depends on it, and so
+    /// does h < 0, a load that is negative or infinite, and a positive load on a contact that was
+    /// built without one.
+    ///
     /// # Errors
     ///
-    /// Refuses slices of lengths that do not fit, a load that is negative or not finite, and a
-    /// positive one on a contact that was built without; nothing has moved.
+    /// Refuses slices of lengths that do not fit; nothing has moved.
     pub fn step<M: Bristle<T>>(
         &mut self,
         duration: T,
@@ -153,42 +167,79 @@ where
         companions: &[Companion<T, M>],
         contacts: &mut [ContactState<T, M::Deflection>],
     ) -> Result<(), ParameterError> {
+        self.check_step(inputs, &motion, companions, contacts)?;
+        let (structure, duration) = (self.structure, forwards(duration));
+        let (rows, mut parts) = self.prepared(duration);
+        parts.acceleration.copy_from_slice(inputs.force);
+        let step = Step { structure, duration, companions, rows };
+        parts.step(&step, [inputs.prescribed, inputs.load], motion, contacts);
+        Ok(())
+    }
+
+    /// Refuses what does not fit a step.
+    pub(crate) fn check_step<M: Bristle<T>>(
+        &self,
+        inputs: &Inputs<'_, T>,
+        motion: &Motion<'_, T>,
+        companions: &[Companion<T, M>],
+        contacts: &[ContactState<T, M::Deflection>],
+    ) -> Result<(), ParameterError> {
         let count = self.rows.contacts();
-        self.check_motion(inputs.force, &motion)?;
-        if companions.len() != 1 {
-            check_count::<T>("companions", companions.len(), count)?;
-        }
-        check_count::<T>("contact states", contacts.len(), count)?;
+        self.check_motion(inputs.force, motion)?;
+        self.check_contacts(companions, contacts)?;
         if !inputs.prescribed.is_empty() {
             check_length("prescribed velocities", inputs.prescribed, count)?;
         }
         if !inputs.load.is_empty() {
             check_length("loads", inputs.load, count)?;
         }
-        for (index, (&load, companion)) in
-            inputs.load.iter().zip(companions.iter().cycle()).enumerate()
-        {
-            let load = Named("load", load);
-            ParameterError::of_component(index, load.non_negative())?;
-            let held = is_zero(load.1) || companion.contact().normal_force() > T::zero();
-            let stated = load.stated(held, "be zero: build its contact under a positive load");
-            ParameterError::of_component(index, stated)?;
+        Ok(())
+    }
+
+    /// Refuses other counts of companions and states.
+    pub(crate) fn check_contacts<M: Bristle<T>>(
+        &self,
+        companions: &[Companion<T, M>],
+        contacts: &[ContactState<T, M::Deflection>],
+    ) -> Result<(), ParameterError> {
+        let count = self.rows.contacts();
+        if companions.len() != 1 {
+            check_count::<T>("companions", companions.len(), count)?;
         }
-        let (structure, duration) = (self.structure, forwards(duration));
-        let (rows, mut parts) = self.prepared(duration);
-        let room = parts.bias.iter_mut().zip(&mut *parts.dampers).zip(&mut *parts.sliding);
+        check_count::<T>("contact states", contacts.len(), count)
+    }
+}
+
+/// A step of contacts with companions of a model.
+pub(crate) struct Step<'a, T, R, M> {
+    pub(crate) structure: Structure,
+    pub(crate) duration: T,
+    pub(crate) companions: &'a [Companion<T, M>],
+    pub(crate) rows: &'a R,
+}
+
+impl<T: Scalar> Parts<'_, T> {
+    /// The step under forces in the place of the accelerations, with belts and loads.
+    #[inline(always)]
+    pub(crate) fn step<R: Rows<T>, M: Bristle<T>>(
+        &mut self,
+        step: &Step<'_, T, R, M>,
+        [prescribed, load]: [&[T]; 2],
+        motion: Motion<'_, T>,
+        contacts: &mut [ContactState<T, M::Deflection>],
+    ) {
+        let &Step { structure, duration, companions, rows } = step;
+        let room = self.bias.iter_mut().zip(&mut *self.dampers).zip(&mut *self.sliding);
         let states = contacts.iter_mut().zip(companions.iter().cycle());
         for (k, (((bias, damper), sliding), (state, companion))) in room.zip(states).enumerate() {
-            let without = crate::rows::along(rows.row(k), motion.velocity);
-            *sliding = inputs.prescribed.get(k).map_or(without, |&belt| without + belt);
-            let load = inputs.load.get(k).copied().unwrap_or(state.load);
-            let step = [without, *sliding, load, duration];
-            (*bias, *damper) = state.freeze(companion, step);
+            let without = along(rows.row(k), motion.velocity);
+            *sliding = prescribed.get(k).map_or(without, |&belt| without + belt);
+            let load = load.get(k).copied().unwrap_or(state.load);
+            (*bias, *damper) = state.freeze(companion, [without, *sliding, load, duration]);
         }
-        parts.solve(structure, duration, inputs.force, motion, rows);
-        for (state, &mean) in contacts.iter_mut().zip(&*parts.sliding) {
+        self.solve(structure, duration, motion, rows);
+        for (state, &mean) in contacts.iter_mut().zip(&*self.sliding) {
             state.commit(mean);
         }
-        Ok(())
     }
 }

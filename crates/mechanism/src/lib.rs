@@ -53,15 +53,20 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+mod arm;
 mod band;
 mod chain;
 mod contacts;
+mod elastic_joint;
+pub mod gradient;
 mod mechanism;
 mod rows;
 mod step;
 
+pub use arm::{Arm, ArmMiddle, ArmMotion, ArmParameters, Link, on_joint};
 pub use chain::{Block, Chain, Coupling, on_ground, to_next};
 pub use contacts::{ContactState, Inputs};
+pub use elastic_joint::{ElasticJoint, ElasticJointMotion, ElasticJointParameters, ShaftStep};
 pub use mechanism::{LinearMechanism, Matrices, Structure};
 pub use rows::Rows;
 pub use step::{Motion, Sources};
@@ -69,4 +74,5 @@ pub use step::{Motion, Sources};
 /// The programs on this page are tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
+#[doc = include_str!("../docs/gradients.md")]
 struct Pages;

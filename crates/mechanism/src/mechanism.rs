@@ -109,7 +109,12 @@ impl<T: Scalar> Matrices<'_, T> {
     fn coordinates(&self) -> Result<usize, ParameterError> {
         let entries = self.mass.len();
         let coordinates = match self.structure {
-            Structure::Dense => entries.isqrt(),
+            Structure::Dense => {
+                let root = entries.isqrt();
+                Named("number of entries of mass", lit::<T>(entries as f64))
+                    .stated(root * root == entries, "be n²: a dense matrix must be square")?;
+                root
+            }
             structure => entries / structure.width(0),
         };
         Named("coordinates", coordinates).count(1)?;
@@ -180,7 +185,7 @@ pub struct LinearMechanism<T, R, S> {
     /// The length of the step for which A is factored; NaN for none.
     pub(crate) duration: T,
     pub(crate) rows: R,
-    storage: S,
+    pub(crate) storage: S,
 }
 
 impl<T, R, S> LinearMechanism<T, R, S>
@@ -274,13 +279,7 @@ where
         let matrix = n * self.structure.width(n);
         let reduced = if self.structure.is_reduced() { m } else { 0 };
         let mut rest = self.storage.as_mut();
-        let mut next = |count: usize| match take(&mut rest).split_at_mut_checked(count) {
-            Some((part, after)) => {
-                rest = after;
-                part
-            }
-            None => &mut [],
-        };
+        let mut next = |count| part(&mut rest, count);
         let parts = Parts {
             mass: next(matrix),
             damping: next(matrix),
@@ -294,6 +293,7 @@ where
             bias: next(m),
             dampers: next(m),
             sliding: next(m),
+            room: rest,
         };
         (&self.rows, parts)
     }
@@ -326,6 +326,17 @@ where
             Some(matrix) if x.len() == self.coordinates => band::quadratic(width, matrix, x),
             _ => T::nan(),
         }
+    }
+}
+
+/// The first numbers of a storage, which it then has no more; none if it has not so many.
+pub(crate) fn part<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    match take(rest).split_at_mut_checked(count) {
+        Some((part, after)) => {
+            *rest = after;
+            part
+        }
+        None => &mut [],
     }
 }
 

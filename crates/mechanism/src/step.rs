@@ -47,6 +47,8 @@ pub(crate) struct Parts<'a, T> {
     pub(crate) bias: &'a mut [T],
     pub(crate) dampers: &'a mut [T],
     pub(crate) sliding: &'a mut [T],
+    /// What the storage has beyond.
+    pub(crate) room: &'a mut [T],
 }
 
 impl<T, R, S> LinearMechanism<T, R, S>
@@ -57,7 +59,7 @@ where
 {
     /// A step of length h ≥ 0 \[s\] under applied forces \[N\], averaged over it, and friction of
     /// your own, whose companions you ask before and commit afterwards.
-    /// [`LinearMechanism::step`] does both for contacts of one axis. NaN for h < 0.
+    /// [`LinearMechanism::step`] does both for contacts of one axis. NaN for NaN, and for h < 0.
     ///
     /// # Errors
     ///
@@ -79,7 +81,8 @@ where
         parts.bias.copy_from_slice(sources.bias);
         parts.dampers.copy_from_slice(sources.damping);
         parts.sliding.copy_from_slice(sources.sliding);
-        parts.solve(structure, duration, force, motion, rows);
+        parts.acceleration.copy_from_slice(force);
+        parts.solve(structure, duration, motion, rows);
         sources.sliding.copy_from_slice(parts.sliding);
         Ok(())
     }
@@ -91,8 +94,10 @@ where
     }
 
     /// The velocities v̄ [m/s] averaged over the last step.
-    pub fn mean_velocities(&mut self) -> &[T] {
-        self.split().1.mean_velocity
+    pub fn mean_velocities(&self) -> &[T] {
+        let (n, m) = (self.coordinates, self.rows.contacts());
+        let end = self.structure.storage(n, m) - 3 * m; // behind them: bias, dampers, sliding
+        self.storage.as_ref().get(end - n..end).unwrap_or(&[])
     }
 
     pub(crate) fn check_motion(
@@ -120,24 +125,23 @@ where
 }
 
 impl<T: Scalar> Parts<'_, T> {
-    /// The step, from biases, dampers and sliding velocities in the storage.
+    /// The step, from biases, dampers and sliding velocities in the storage, and forces in the
+    /// place of the accelerations.
     #[inline(always)]
     pub(crate) fn solve(
         &mut self,
         structure: Structure,
         duration: T,
-        force: &[T],
         motion: Motion<'_, T>,
         rows: &impl Rows<T>,
     ) {
         let Motion { position, velocity } = motion;
-        let (width, half) = (structure.width(force.len()), lit::<T>(0.5) * duration);
+        let (width, half) = (structure.width(position.len()), lit::<T>(0.5) * duration);
         // First x₀ + (h/2) v₀; the mean velocity at the end.
         let middle = &mut *self.mean_velocity;
         for (middle, (&x, &v)) in middle.iter_mut().zip(position.iter().zip(velocity.iter())) {
             *middle = x + half * v;
         }
-        self.acceleration.copy_from_slice(force);
         let matrices = [&*self.stiffness, &*self.damping];
         band::subtract_products(width, matrices, [middle, velocity], self.acceleration);
         if structure.is_reduced() {
@@ -187,7 +191,7 @@ impl<T: Scalar> Parts<'_, T> {
 
     /// The acceleration from r, and s̄ from s₀, by a system of the size of the contacts.
     #[inline(always)]
-    fn solve_contacts(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
+    pub(crate) fn solve_contacts(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
         band::solve(width, self.factors, self.acceleration);
         let contacts = self.bias.len();
         for (contact, sliding) in self.sliding.iter_mut().enumerate() {

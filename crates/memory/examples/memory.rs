@@ -43,6 +43,7 @@ fn main() -> ExitCode {
         ] {
             figure = figure.panel(panel);
         }
+        under_force(cycles)?;
         as_published()?;
         table.finish()?;
         println!("\n{}", figure.save(arguments.out_dir(), "memory")?.display());
@@ -172,6 +173,38 @@ fn drift(ratio: f64, cycles: usize, table: &mut Csv) -> bristle_charts::Result<P
         panel = panel.line(name, stroke, points);
     }
     Ok(panel)
+}
+
+/// How far [%] loops between two forces carry the place, where the displacement 80 → 60 → 80 µm
+/// gave these forces.
+fn under_force(cycles: usize) -> bristle_charts::Result<()> {
+    let one = [Element { stiffness: STIFFNESS, yield_length: 1.0 / STIFFNESS }];
+    println!("\nloops between the forces of 80 and 60 µm: drift after {cycles} [% of 80 µm]");
+    println!("Dahl                {:9.1}", creep(&dahl()?, cycles));
+    println!("one elasto-plastic  {:9.1}", creep(&slip(one, 0.5)?, cycles));
+    for ratio in [0.5, 0.8, 0.95] {
+        println!("ten, ρ = {ratio:4}       {:9.1}", creep(&slip(even::<10>(), ratio)?, cycles));
+    }
+    Ok(())
+}
+
+fn creep<M: Bristle<f64>>(model: &M, cycles: usize) -> f64 {
+    let path = along(model, &[0.0, 80.0, 60.0]);
+    let upper = path.iter().map(|it| it.1).fold(f64::NEG_INFINITY, f64::max);
+    let lower = path.last().map_or(0.0, |it| it.1);
+    let (mut z, mut place, mut force) = (M::Deflection::fill(0.0), 0.0, 0.0);
+    for target in [upper].into_iter().chain([lower, upper].repeat(cycles)) {
+        let step = if target > force { STEP } else { -STEP };
+        while (target - force) * step > 0.0 {
+            let held = model.hold(step, z, 1.0);
+            // The last step ends at the force.
+            let share = ((target - force) / (held.end_coefficient - force)).min(1.0);
+            let held = model.hold(share * step, z, 1.0);
+            (z, place) = (held.deflection, place + share * step);
+            force = if share < 1.0 { target } else { held.end_coefficient };
+        }
+    }
+    1e2 * (place / 80e-6 - 1.0)
 }
 
 /// N elements whose strengths have the density φ^χ up to 100 µm, over two and a half decades.

@@ -159,6 +159,9 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
     /// Elements that all follow the load: their stiffness is that of the reference load, their
     /// friction in proportion to p.
     ///
+    /// The curve decides over the friction: all yield lengths are scaled by μ(v)/Σ σᵢ ℓᵢ. They are
+    /// those given at rest if Σ σᵢ ℓᵢ = μ(0); [`MaxwellSlip::yield_lengths`] returns those in use.
+    ///
     /// # Errors
     ///
     /// Names the parameter that is out of its range, and the element. Refuses no elements, and

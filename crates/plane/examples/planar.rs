@@ -132,10 +132,10 @@ fn main() -> ExitCode {
             )
             .panel(
                 Panel::new("time t (s)", "speed ratio v/(a ω) (–)")
-                    .title("the disc slides to rest")
+                    .title("a disc slides to rest, from two ratios")
                     .line("ellipsoid", Colour::Orange.dashed(), &ellipsoids)
                     .line("disc", Colour::Purple, &slides)
-                    .horizontal(FARKAS, "0.653"),
+                    .horizontal(FARKAS, "last ratio of a disc, 0.653"),
             );
         println!("{}", figure.save(arguments.out_dir(), "planar")?.display());
         Ok(())

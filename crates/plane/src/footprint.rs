@@ -92,6 +92,20 @@ impl<T: Scalar> FootprintPoint<T> {
         })
     }
 
+    /// The sum of all weights.
+    pub(crate) fn checked_sum(points: &[Self]) -> Result<T, ParameterError> {
+        let mut sum = T::zero();
+        for (number, point) in points.iter().enumerate() {
+            let [x, y] = point.place;
+            let checked = Named("place", x)
+                .finite()
+                .and_then(|_| Named("place", y).finite())
+                .and_then(|_| Named("weight", point.weight).non_negative());
+            sum += ParameterError::of_component(number, checked)?;
+        }
+        Named("sum of weights", sum).positive()
+    }
+
     /// The points of a rectangle of a length and a width \[m\] about the origin under a uniform
     /// pressure, in rows and columns at the middles of equal cells. A negative length or width
     /// gives places that are NaN, which [`Footprint::new`] refuses.
@@ -180,16 +194,7 @@ where
     /// Refuses a place that is not finite, a weight that is negative or not finite, and weights
     /// without a positive sum. Names the point.
     pub fn new(contact: PlaneContact<T, M, 2>, points: P) -> Result<Self, ParameterError> {
-        let mut sum = T::zero();
-        for (number, point) in points.as_ref().iter().enumerate() {
-            let [x, y] = point.place;
-            let checked = Named("place", x)
-                .finite()
-                .and_then(|_| Named("place", y).finite())
-                .and_then(|_| Named("weight", point.weight).non_negative());
-            sum += ParameterError::of_component(number, checked)?;
-        }
-        let sum = Named("sum of weights", sum).positive()?;
+        let sum = FootprintPoint::checked_sum(points.as_ref())?;
         Ok(Self { contact, points, inverse: T::one() / sum })
     }
 
@@ -229,7 +234,7 @@ where
     }
 
     /// Each point's share of the normal force and its place.
-    fn shares(&self) -> impl Iterator<Item = (T, Lever<T>)> {
+    pub(crate) fn shares(&self) -> impl Iterator<Item = (T, Lever<T>)> {
         self.points().iter().map(|point| (point.weight * self.inverse, Lever(point.place)))
     }
 
@@ -352,24 +357,24 @@ where
 
 /// The place of a point, from which twists and wrenches are seen.
 #[derive(Debug, Clone, Copy)]
-struct Lever<T>([T; 2]);
+pub(crate) struct Lever<T>(pub(crate) [T; 2]);
 
 impl<T: Scalar> Lever<T> {
     #[inline(always)]
-    fn velocity(self, twist: &Vector3<T>) -> Vector2<T> {
+    pub(crate) fn velocity(self, twist: &Vector3<T>) -> Vector2<T> {
         let [x, y] = self.0;
         Vector2::new(twist.x - twist.z * y, twist.y + twist.z * x)
     }
 
     #[inline(always)]
-    fn wrench(self, force: &Vector2<T>) -> Vector3<T> {
+    pub(crate) fn wrench(self, force: &Vector2<T>) -> Vector3<T> {
         let [x, y] = self.0;
         Vector3::new(force.x, force.y, x * force.y - y * force.x)
     }
 
     /// Jᵀ diag(d) J with the velocity J·twist.
     #[inline(always)]
-    fn damping(self, damping: &Vector2<T>) -> Matrix3<T> {
+    pub(crate) fn damping(self, damping: &Vector2<T>) -> Matrix3<T> {
         let ([x, y], zero) = (self.0, T::zero());
         let (first, second) = (-damping.x * y, damping.y * x);
         Matrix3::new(

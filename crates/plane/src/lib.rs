@@ -63,7 +63,11 @@ mod companion;
 mod contact;
 mod footprint;
 mod frbd;
+mod limit_surface;
 mod lugre;
+mod pushes;
+#[cfg(feature = "alloc")]
+mod support;
 mod surface;
 
 use core::fmt::Debug;
@@ -79,7 +83,11 @@ pub use footprint::{
     DiscPressure, Footprint, FootprintCompanion, FootprintPoint, FootprintStep, LimitEllipsoid,
 };
 pub use frbd::PlaneFrBd;
+pub use limit_surface::{FrictionEllipsoid, LimitSurfaceError, SlidingTwist};
 pub use lugre::PlaneLuGre;
+pub use pushes::{EllipsoidFamily, EllipsoidFit, Push};
+#[cfg(feature = "alloc")]
+pub use support::Support;
 pub use surface::AxisSurface;
 
 use bristle::parameter::ParameterError;

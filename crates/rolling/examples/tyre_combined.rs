@@ -209,7 +209,10 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
         thrust = thrust.line(&name, Stroke::nth(number), over(|at| at.0));
         moment = moment.line(name, Stroke::nth(number), over(|at| at.1));
     }
-    let plane: Vec<_> = rows.iter().map(|row| (row.force.y / LOAD, row.force.x / LOAD)).collect();
+    let plane = |from: f64, to: f64| {
+        let rows = rows.iter().filter(move |row| row.time >= from && row.time <= to);
+        rows.map(|row| (row.force.y / LOAD, row.force.x / LOAD))
+    };
     let over_time = |value: &dyn Fn(&Row) -> f64| -> Vec<(f64, f64)> {
         rows.iter().map(|row| (row.time, value(row))).collect()
     };
@@ -247,7 +250,10 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
         .panel(
             Panel::new("lateral force F_y/F_z (–)", "braking force F_x/F_z (–)")
                 .title("the lane change, to standstill")
-                .line("lane change", Colour::Blue, &plane)
+                .line("to 0.8 s", Colour::Orange.width(4.0), plane(0.0, 0.8))
+                .line("to 1.6 s", Colour::Blue, plane(0.8, 1.6))
+                .line("to 2.4 s", Colour::Green.dashed(), plane(1.6, 2.4))
+                .line("then", Colour::Black.width(1.0), plane(2.4, end))
                 .own_legend(),
         )
         .panel(thrust)

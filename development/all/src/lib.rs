@@ -6,6 +6,7 @@
 #[doc = include_str!("../../../docs/choosing.md")]
 #[doc = include_str!("../../../docs/control-loop.md")]
 #[doc = include_str!("../../../docs/embedded.md")]
+#[doc = include_str!("../../../docs/experiments.md")]
 #[doc = include_str!("../../../docs/gallery.md")]
 #[doc = include_str!("../../../docs/paper.md")]
 #[doc = include_str!("../../../docs/work-precision.md")]

@@ -22,6 +22,7 @@ use bristle::{
     Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar,
     paper,
 };
+use bristle_adaptation::{AdaptiveFriction, AdaptiveFrictionParameters, FrictionEstimate, Sample};
 use counted::{Counted, Counts, counts};
 use nalgebra::{Vector2, convert};
 
@@ -285,6 +286,27 @@ fn observer<T: Scalar, M: Bristle<T, Deflection = T>>(
     .unwrap()
 }
 
+fn adaptive<T: Scalar, M: Bristle<T>>(model: M) -> AdaptiveFriction<T, M> {
+    let all = |value| {
+        let [idle_load, load_share, drag, offset] = [lit(value); 4];
+        FrictionEstimate { idle_load, load_share, drag, offset }
+    };
+    AdaptiveFriction::new(AdaptiveFrictionParameters {
+        model,
+        mass: lit(1.0),
+        sample_time: lit(1e-3),
+        corner: lit(100.0),
+        slowest: lit(1e-3),
+        fastest: lit(1.0),
+        noise: lit(0.01),
+        memory: lit(1.0),
+        start: all(1.0),
+        least: all(0.0),
+        most: all(2.0),
+    })
+    .unwrap()
+}
+
 fn by_velocity<T: Scalar>() -> Injection<T> {
     Injection::Velocity { gain: lit(0.1), corner: lit(10.0) }
 }
@@ -347,6 +369,10 @@ fn the_document_tells_operations_and_memory_of_every_compensator() {
             |curve| observer(frbd(curve), by_position()),
             |it, position| it.step(position, position)
         ),
+        line!("`AdaptiveFriction`", |curve| adaptive(frbd(curve)), |it, _position| {
+            let [force, load] = [2.8, 0.5].map(Counted);
+            it.step(Sample { displacement: VELOCITY * SHORT, force, load })
+        }),
     ]);
     let mut encoder = VelocityFromPosition::new(filter()).unwrap();
     let operations = sample(|position| {

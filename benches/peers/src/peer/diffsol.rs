@@ -10,27 +10,31 @@ use diffsol::error::{DiffsolError, OdeSolverError};
 use diffsol::{
     ConstantOp, Matrix, MatrixCommon, NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec,
     NonLinearOp, NonLinearOpJacobian, OdeBuilder, OdeEquations, OdeEquationsRef, OdeSolverMethod,
-    OdeSolverProblem, Op, UnitCallable, Vector, VectorCommon,
+    OdeSolverProblem, OdeSolverStopReason, Op, UnitCallable, Vector, VectorCommon,
 };
 use nalgebra::SVector;
 
-use super::{Failure, Part, Peer, Run, drive};
+use super::{Failure, Part, Peer, Piece, Run, drive, told};
 use crate::field::{Field, Leg};
 
 type M = NalgebraMat<f64>;
 type V = NalgebraVec<f64>;
 type Lu = NalgebraLU<f64>;
 
-pub(super) fn methods<S: System<f64, N>, const N: usize>() -> [Peer<S, N>; 4] {
+pub(super) fn methods<S: System<f64, N>, const N: usize>() -> [Peer<S, N>; 8] {
     let peer = |method, solve| Peer { crate_: "diffsol", method, solve };
     [
-        peer("tsit45", |field, r| each_leg(field, r, |problem, leg| sample(problem.tsit45(), leg))),
-        peer("bdf", |field, r| each_leg(field, r, |problem, leg| sample(problem.bdf::<Lu>(), leg))),
-        peer("tr_bdf2", |field, r| {
-            each_leg(field, r, |problem, leg| sample(problem.tr_bdf2::<Lu>(), leg))
+        peer("tsit45", |f, r| each_leg(f, r, false, |p, leg| sample(p.tsit45(), leg))),
+        peer("bdf", |f, r| each_leg(f, r, false, |p, leg| sample(p.bdf::<Lu>(), leg))),
+        peer("tr_bdf2", |f, r| each_leg(f, r, false, |p, leg| sample(p.tr_bdf2::<Lu>(), leg))),
+        peer("esdirk34", |f, r| each_leg(f, r, false, |p, leg| sample(p.esdirk34::<Lu>(), leg))),
+        peer("tsit45 + root", |f, r| each_leg(f, r, true, |p, leg| sample(p.tsit45(), leg))),
+        peer("bdf + root", |f, r| each_leg(f, r, true, |p, leg| sample(p.bdf::<Lu>(), leg))),
+        peer("tr_bdf2 + root", |f, r| {
+            each_leg(f, r, true, |p, leg| sample(p.tr_bdf2::<Lu>(), leg))
         }),
-        peer("esdirk34", |field, r| {
-            each_leg(field, r, |problem, leg| sample(problem.esdirk34::<Lu>(), leg))
+        peer("esdirk34 + root", |f, r| {
+            each_leg(f, r, true, |p, leg| sample(p.esdirk34::<Lu>(), leg))
         }),
     ]
 }
@@ -39,7 +43,14 @@ pub(super) fn methods<S: System<f64, N>, const N: usize>() -> [Peer<S, N>; 4] {
 struct Equations<'f, S, const N: usize> {
     field: &'f Field<'f, S, N>,
     start: SVector<f64, N>,
+    /// Whether it has a root function.
+    told: bool,
     context: NalgebraContext,
+}
+
+/// The root function: the sliding velocity.
+struct Reversal<'a, 'f, S, const N: usize> {
+    of: &'a Equations<'f, S, N>,
 }
 
 /// The right-hand side.
@@ -52,8 +63,8 @@ struct First<'a, 'f, S, const N: usize> {
     of: &'a Equations<'f, S, N>,
 }
 
-macro_rules! square_operator {
-    ($name:ty, $($context:ident).+) => {
+macro_rules! operator {
+    ($name:ty, $outputs:expr, $($context:ident).+) => {
         impl<S: System<f64, N>, const N: usize> Op for $name {
             type T = f64;
             type V = V;
@@ -69,7 +80,7 @@ macro_rules! square_operator {
             }
 
             fn nout(&self) -> usize {
-                N
+                $outputs
             }
 
             fn nparams(&self) -> usize {
@@ -79,9 +90,16 @@ macro_rules! square_operator {
     };
 }
 
-square_operator!(Equations<'_, S, N>, context);
-square_operator!(Right<'_, '_, S, N>, of.context);
-square_operator!(First<'_, '_, S, N>, of.context);
+operator!(Equations<'_, S, N>, N, context);
+operator!(Right<'_, '_, S, N>, N, of.context);
+operator!(First<'_, '_, S, N>, N, of.context);
+operator!(Reversal<'_, '_, S, N>, 1, of.context);
+
+impl<S: System<f64, N>, const N: usize> NonLinearOp for Reversal<'_, '_, S, N> {
+    fn call_inplace(&self, x: &V, t: f64, y: &mut V) {
+        y.inner_mut()[0] = self.of.field.reversal(t, &vector(x));
+    }
+}
 
 fn vector<const N: usize>(x: &V) -> SVector<f64, N> {
     SVector::from_column_slice(x.inner().as_slice())
@@ -117,7 +135,7 @@ impl<'a, 'f, S: System<f64, N>, const N: usize> OdeEquationsRef<'a> for Equation
     type Rhs = Right<'a, 'f, S, N>;
     type Init = First<'a, 'f, S, N>;
     type Mass = UnitCallable<M>;
-    type Root = UnitCallable<M>;
+    type Root = Reversal<'a, 'f, S, N>;
     type Out = UnitCallable<M>;
     type Reset = UnitCallable<M>;
 }
@@ -135,6 +153,10 @@ impl<'f, S: System<f64, N>, const N: usize> OdeEquations for Equations<'f, S, N>
         First { of: self }
     }
 
+    fn root(&self) -> Option<Reversal<'_, 'f, S, N>> {
+        self.told.then_some(Reversal { of: self })
+    }
+
     fn set_params(&mut self, _p: &V) {}
 
     fn get_params(&self, _p: &mut V) {}
@@ -143,10 +165,12 @@ impl<'f, S: System<f64, N>, const N: usize> OdeEquations for Equations<'f, S, N>
 fn each_leg<S: System<f64, N>, const N: usize>(
     field: &Field<'_, S, N>,
     tolerance: f64,
-    solve: impl Fn(&OdeSolverProblem<Equations<'_, S, N>>, &Leg) -> Result<Part<N>, DiffsolError>,
+    is_told: bool,
+    solve: impl Fn(&OdeSolverProblem<Equations<'_, S, N>>, &Leg) -> Result<Piece<N>, DiffsolError>,
 ) -> Result<Run, Failure> {
-    drive(field, |leg, start| {
-        let equations = Equations { field, start, context: NalgebraContext::default() };
+    let piece = |leg: &Leg, start| {
+        let context = NalgebraContext::default();
+        let equations = Equations { field, start, told: is_told, context };
         let problem = OdeBuilder::<M>::new()
             .t0(leg.start)
             .rtol(tolerance)
@@ -157,27 +181,43 @@ fn each_leg<S: System<f64, N>, const N: usize>(
         problem.ode_options.max_error_test_failures = usize::MAX;
         problem.ode_options.min_timestep = 1e-16;
         solve(&problem, leg).map_err(|error| failure(&error))
-    })
+    };
+    drive(
+        field,
+        |leg, start| {
+            if is_told { told(field, leg, start, piece) } else { Ok(piece(leg, start)?.part) }
+        },
+    )
 }
 
 fn sample<'p, E, O, const N: usize>(
     solver: Result<O, DiffsolError>,
     leg: &Leg,
-) -> Result<Part<N>, DiffsolError>
+) -> Result<Piece<N>, DiffsolError>
 where
     E: OdeEquations<T = f64, V = V, M = M, C = NalgebraContext> + 'p,
     O: OdeSolverMethod<'p, E>,
 {
     let mut solver = solver?;
-    let (samples, _) = solver.solve_dense(&leg.times)?;
+    let (samples, stopped) = solver.solve_dense(&leg.times)?;
     let states = samples.inner().column_iter().map(|column| SVector::from_fn(|i, _| column[i]));
+    let mut states: Vec<_> = states.collect();
+    let reversal = match stopped {
+        OdeSolverStopReason::RootFound(time, _) => {
+            // The state there follows the samples before it, if any are left.
+            states.truncate(leg.times.partition_point(|&sample| sample <= time));
+            Some((time, vector(solver.state().y)))
+        }
+        _ => None,
+    };
     let statistics = solver.get_statistics();
-    Ok(Part {
-        states: states.collect(),
+    let part = Part {
+        states,
         steps: statistics.number_of_steps as u64,
         rejected: (statistics.number_of_error_test_failures
             + statistics.number_of_nonlinear_solver_fails) as u64,
-    })
+    };
+    Ok(Piece { part, reversal })
 }
 
 fn failure(error: &DiffsolError) -> Failure {

@@ -13,14 +13,16 @@ use ivp::dense::StepInterpolant;
 use ivp::error::Error;
 use ivp::matrix::Matrix;
 use ivp::methods::{DOP853, DOPRI5, IntegrationResult, Tolerance};
-use ivp::prelude::{ControlFlag, FirstOrderSystem, Ivp, JacobianSource, Method, Status};
+use ivp::prelude::{
+    ControlFlag, EventConfig, FirstOrderSystem, Ivp, JacobianSource, Method, Status,
+};
 use ivp::solout::SolOut;
 use nalgebra::SVector;
 
-use super::{Failure, Part, Peer, Run, drive};
+use super::{Failure, Part, Peer, Piece, Run, drive, told};
 use crate::field::{Field, Leg};
 
-pub(super) fn methods<S: System<f64, N>, const N: usize>() -> [Peer<S, N>; 6] {
+pub(super) fn methods<S: System<f64, N>, const N: usize>() -> [Peer<S, N>; 8] {
     let peer = |method, solve| Peer { crate_: "ivp", method, solve };
     [
         peer("rk23", |field, r| each_leg(field, r, Method::RK23)),
@@ -39,6 +41,8 @@ pub(super) fn methods<S: System<f64, N>, const N: usize>() -> [Peer<S, N>; 6] {
         peer("radau", |field, r| each_leg(field, r, Method::RADAU)),
         peer("bdf", |field, r| each_leg(field, r, Method::BDF)),
         peer("lsoda", |field, r| each_leg(field, r, Method::LSODA)),
+        peer("radau + root", |field, r| each_piece(field, r, Method::RADAU)),
+        peer("bdf + root", |field, r| each_piece(field, r, Method::BDF)),
     ]
 }
 
@@ -58,6 +62,65 @@ impl<S: System<f64, N>, const N: usize> FirstOrderSystem for Plain<'_, '_, S, N>
             }
         }
     }
+}
+
+/// The same, told of reversals.
+struct Told<'a, 'f, S, const N: usize>(&'a Field<'f, S, N>);
+
+impl<S: System<f64, N>, const N: usize> FirstOrderSystem for Told<'_, '_, S, N> {
+    fn derivative(&self, time: f64, state: &[f64], rate: &mut [f64]) {
+        Plain(self.0).derivative(time, state, rate);
+    }
+
+    fn jac(&self, time: f64, state: &[f64], out: &mut Matrix) {
+        Plain(self.0).jac(time, state, out);
+    }
+
+    fn events(&self, time: f64, state: &[f64], out: &mut [f64]) {
+        // It takes 2e-12 for zero: far below the velocities here.
+        out[0] = 1e3 * self.0.reversal(time, &SVector::from_column_slice(state));
+    }
+
+    fn n_events(&self) -> usize {
+        1
+    }
+
+    fn event_config(&self, _: usize) -> EventConfig {
+        let mut config = EventConfig::new();
+        config.terminal();
+        config
+    }
+}
+
+fn each_piece<S: System<f64, N>, const N: usize>(
+    field: &Field<'_, S, N>,
+    tolerance: f64,
+    method: Method,
+) -> Result<Run, Failure> {
+    let absolute: [f64; N] = (field.scene().scales * tolerance).into();
+    let piece = |leg: &Leg, start: SVector<f64, N>| {
+        let mut solution = Ivp::first_order(&Told(field), leg.start, leg.end, start.as_slice())
+            .method(method)
+            .rtol([tolerance; N])
+            .atol(absolute)
+            .t_eval(leg.times.clone())
+            .jacobian_source(JacobianSource::UserProvided)
+            .solve()
+            .map_err(|error| Failure::new("error", error.to_string()))?;
+        let times = solution.t_events.pop().unwrap_or_default();
+        let there = solution.y_events.pop().unwrap_or_default();
+        let reversal = times.first().zip(there.first());
+        let reversal = reversal.map(|(&time, y)| (time, SVector::from_column_slice(y)));
+        if reversal.is_none() {
+            succeeded(solution.status)?;
+        }
+        let last = reversal.map_or(f64::INFINITY, |it| it.0);
+        let samples = solution.t.iter().zip(&solution.y).filter(|(time, _)| **time <= last);
+        let states = samples.map(|(_, y)| SVector::from_column_slice(y)).collect();
+        let (steps, rejected) = (solution.naccpt as u64, solution.nrejct as u64);
+        Ok(Piece { part: Part { states, steps, rejected }, reversal })
+    };
+    drive(field, |leg, start| told(field, leg, start, piece))
 }
 
 fn each_leg<S: System<f64, N>, const N: usize>(

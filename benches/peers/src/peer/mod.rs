@@ -3,7 +3,8 @@
 //! Common to all: relative tolerance r, absolute tolerance r × scale of each state (or scaled
 //! states, where a crate has a single absolute tolerance), the analytic Jacobian, samples from the
 //! crate's own dense output, no limit on steps but the watchdog's, and a fresh start at a kink of
-//! the input. Each file tells what it had to work around.
+//! the input. Each file tells what it had to work around. Methods named `+ root` are told of
+//! reversals: the crate's own root function finds them, and it starts again there.
 
 mod differential_equations;
 mod diffsol;
@@ -53,6 +54,40 @@ struct Part<const N: usize> {
     states: Vec<SVector<f64, N>>,
     steps: u64,
     rejected: u64,
+}
+
+/// What a code that looks for reversals returned: a part of a leg, and time and state of the
+/// reversal that ended it.
+struct Piece<const N: usize> {
+    part: Part<N>,
+    reversal: Option<(f64, SVector<f64, N>)>,
+}
+
+/// Integrates a leg from reversal to reversal, for a peer with a root function.
+fn told<S: System<f64, N>, const N: usize>(
+    field: &Field<'_, S, N>,
+    leg: &Leg,
+    mut state: SVector<f64, N>,
+    solve: impl Fn(&Leg, SVector<f64, N>) -> Result<Piece<N>, Failure>,
+) -> Result<Part<N>, Failure> {
+    let (mut rest, mut all) = (leg.clone(), Part { states: Vec::new(), steps: 0, rejected: 0 });
+    loop {
+        field.lock(Some((rest.start, &state)));
+        let Piece { part, reversal } = solve(&rest, state)?;
+        all.steps += part.steps;
+        all.rejected += part.rejected;
+        rest.times.drain(..part.states.len().min(rest.times.len()));
+        all.states.extend(part.states);
+        match reversal {
+            Some((time, _)) if time <= rest.start => {
+                return Err(Failure::new("reversal", "found where the piece begins"));
+            }
+            Some((time, there)) if !rest.times.is_empty() => (rest.start, state) = (time, there),
+            _ => break,
+        }
+    }
+    field.lock(None);
+    Ok(all)
 }
 
 /// Every method of every peer.

@@ -7,12 +7,13 @@ use bristle::rheology::{
 };
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Signal, Sine, SineParameters};
-use bristle::{Bristle, Contact, ElastoPlastic, FrBd, LuGre, paper};
+use bristle::{Bristle, Contact, FrBd, paper};
 use bristle_fidelity::*;
 use nalgebra::SVector;
 
 use crate::judge::{ALL, Tally};
 use bristle_specimens::draw::{Draw, Shape, Wave};
+use bristle_specimens::specimens::{elasto_plastic, table_2_bristle, table_2_curve, table_2_lugre};
 
 pub(crate) type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -26,6 +27,13 @@ pub(crate) fn sets() -> [Lumped; 3] {
     .map(|(curve, bristle)| {
         FrBd::new(Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap())
     })
+}
+
+/// The paper's stick-slip curve with a Maxwell element beside a spring.
+fn zener(series_damping: f64) -> FrBd<Stribeck<f64>, GeneralisedMaxwell<f64, 2>> {
+    let (static_stiffness, relaxing_stiffness) = (1e4, 2e4);
+    let zener = ZenerParameters { static_stiffness, relaxing_stiffness, series_damping };
+    FrBd::new(table_2_curve(), GeneralisedMaxwell::zener(zener).unwrap())
 }
 
 /// The forces by Rodas5P under error control, which shares no step with any level; between the
@@ -91,12 +99,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         let answers = Answers { interval, count: answers };
         let lumped = sets()[index % 3].under_load(1.0).unwrap();
         if index % 4 == 3 {
-            let bristle = GeneralisedMaxwell::zener(ZenerParameters {
-                static_stiffness: 1e4,
-                relaxing_stiffness: 2e4,
-                series_damping: dice.logarithmic(10.0, 1e4),
-            });
-            let contact = FrBd::new(*sets()[0].curve(), bristle.unwrap()).under_load(2.0).unwrap();
+            let contact = zener(dice.logarithmic(10.0, 1e4)).under_load(2.0).unwrap();
             let truth = truth::<_, 2>(&contact, &velocity, answers, steady);
             let scene = KnownVelocity::new(contact, velocity, answers).unwrap();
             let below = lumped_frbd(contact.model(), scene.angular_frequency()).unwrap();
@@ -132,23 +135,14 @@ fn lugre_and_elasto_plastic_friction_can_be_the_reference() {
         let scene = KnownVelocity::new(contact, velocity, Answers { interval: 0.01, count: 200 });
         choose(&scene.unwrap(), Tolerance::at_every_answer(1e-6)).unwrap().best.level
     }
-    let (curve, bristle) = (
-        Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
-        KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
-    );
-    assert_eq!(chosen(LuGre::classical(curve, bristle)), Level::REFERENCE);
-    let elasto_plastic = ElastoPlastic::new(curve, bristle, 0.7e-4).unwrap();
-    assert_eq!(chosen(elasto_plastic), Level::REFERENCE);
+    assert_eq!(chosen(table_2_lugre()), Level::REFERENCE);
+    let soft = elasto_plastic(table_2_curve(), table_2_bristle(), 0.7e-4);
+    assert_eq!(chosen(soft), Level::REFERENCE);
 }
 
 #[test]
 fn a_level_of_one_spring_is_there_where_it_was_given() {
-    let bristle = GeneralisedMaxwell::zener(ZenerParameters {
-        static_stiffness: 1e4,
-        relaxing_stiffness: 2e4,
-        series_damping: 1e3,
-    });
-    let friction = FrBd::new(*sets()[0].curve(), bristle.unwrap());
+    let friction = zener(1e3);
     let velocity = SineParameters { mean: 0.0, amplitude: 1e-4, frequency: 1.0, phase: 0.0 };
     let answers = Answers { interval: 0.01, count: 100 };
     let contact = friction.under_load(1.0).unwrap();

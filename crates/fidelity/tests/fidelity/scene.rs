@@ -1,16 +1,15 @@
 //! What holds of every scene: the report, refusals, references that do not settle.
 
-use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, Stribeck};
-use bristle::rheology::KelvinVoigt;
+use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve};
 use bristle::signal::{Function, Signal, Sine, SineParameters};
-use bristle::{Bristle, FrBd, ParameterError, Rule, Units, paper};
+use bristle::{Bristle, FrBd, ParameterError, Rule, Units};
 use bristle_fidelity::*;
 use nalgebra::Vector3;
 
 use crate::known_velocity::{Lumped, sets};
 use crate::mechanism::rig;
 use crate::patch::rolling;
-use bristle_specimens::specimens::table_2;
+use bristle_specimens::specimens::{table_2_bristle, table_2_curve, table_2_frbd};
 
 fn sine(mean: f64, amplitude: f64, frequency: f64) -> Sine<f64> {
     Sine::new(SineParameters { mean, amplitude, frequency, phase: 0.0 }).unwrap()
@@ -70,12 +69,11 @@ fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
 
 /// By how much the friction of a mass differs from that at rest, at steady sliding from the start.
 fn variation<C: FrictionCurve<f64>>(curve: C, velocity: f64) -> f64 {
-    let contact = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
-    let contact = contact.under_load(1.0).unwrap();
+    let contact = FrBd::new(curve, table_2_bristle()).under_load(1.0).unwrap();
     let force = contact.stationary_force(velocity);
     let scene = MechanismScene::new(
         rig(contact, [1.0, 2.0, 0.0], velocity, 0.0),
-        Vector3::new(-force / 2.0, velocity, force / paper::STICK_SLIP_BRISTLE.micro_stiffness),
+        Vector3::new(-force / 2.0, velocity, force / 1e4),
         Answers { interval: 0.01, count: 20 },
         Quantity::Force,
     );
@@ -89,7 +87,7 @@ fn friction_varies_by_its_viscous_part_and_by_its_fall() {
     let coulomb = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.5 };
     let rising = variation(Coulomb::new(coulomb).unwrap(), 0.6);
     assert!((rising - 0.3).abs() < 1e-9, "{rising}"); // σ2 V/μ_d
-    let falling = variation(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), 0.5);
+    let falling = variation(table_2_curve(), 0.5);
     assert!((falling - (1.5 - 1.02) / 1.5).abs() < 1e-6, "{falling}"); // μ(V) = μ_d + σ2 V
     assert_eq!(variation(Coulomb::new(coulomb).unwrap(), 0.0), 0.0);
 }
@@ -171,33 +169,27 @@ fn a_slip_whose_time_roundings_decide_is_undetermined() {
     assert!(error.to_string().contains("roundings decide"));
 }
 
-/// A force that a tolerance of a few roundings asks for, and a search that may cost nothing.
+/// A tolerance of a few roundings, a search whose budget has no third run, and one whose budget has
+/// no second.
 #[test]
-fn what_cannot_settle_is_undetermined_with_the_difference_that_is_left() {
-    for tolerance in [
-        Tolerance { budget: 1e6, ..Tolerance::at_every_answer(1e-15) },
-        Tolerance { budget: 1.0, ..Tolerance::at_every_answer(0.015) },
-    ] {
-        let error = choose(&lag(), tolerance).unwrap_err();
+fn what_cannot_settle_is_undetermined_and_says_by_how_much() {
+    let text = |error: f64, budget: f64, units: Units| {
+        let tolerance = Tolerance { budget, ..Tolerance::at_every_answer(error) };
+        let error = choose(&lag(), tolerance.in_units(units)).unwrap_err();
         assert!(matches!(error, FidelityError::Undetermined { .. }), "{error}");
+        error.to_string()
+    };
+    for (text, words) in [
+        (text(1e-15, 1e6, Units::Translation), "N allowed"),
+        (text(1e-7, 1e5, Units::Translation), "more than 0.1 times the 1e-7 N allowed"),
+        (text(1e-7, 1e5, Units::Rotation), "more than 0.1 times the 1e-7 N m allowed"),
+        (text(1e-7, 1.0, Units::Translation), "no second run within the budget"),
+    ] {
+        assert!(text.contains(words) && !text.contains("NaN"), "{text}");
     }
-}
-
-#[test]
-fn a_difference_that_is_small_but_not_settled_says_so() {
-    let tolerance = Tolerance { budget: 1e5, ..Tolerance::at_every_answer(1e-7) };
-    let text = choose(&lag(), tolerance).unwrap_err().to_string();
-    assert!(text.contains("more than 0.1 times the 1e-7 N allowed"), "{text}");
-    assert!(!text.contains("NaN"), "{text}");
-    let text = choose(&lag(), tolerance.in_units(Units::Rotation)).unwrap_err().to_string();
-    assert!(text.contains("more than 0.1 times the 1e-7 N m allowed"), "{text}");
-    // Two runs that agree where the budget has no third one do not differ by more than is allowed.
-    let agreed = Tolerance { error: 1e-5, ..tolerance };
-    let text = choose(&lag(), agreed).unwrap_err().to_string();
+    // Two runs that agree do not differ by more than is allowed.
+    let text = text(1e-5, 1e5, Units::Translation);
     assert!(text.contains("agree within") && !text.contains("more than"), "{text}");
-    let tolerance = Tolerance { budget: 1.0, ..tolerance };
-    let text = choose(&lag(), tolerance).unwrap_err().to_string();
-    assert!(text.contains("no second run within the budget"), "{text}");
 }
 
 #[test]
@@ -239,10 +231,8 @@ fn what_happens_between_answers_is_seen() {
 
 #[test]
 fn single_precision_gets_the_same_choice() {
-    let (curve, bristle) = table_2();
-    let friction = FrBd::new(curve, bristle);
     let wave = SineParameters { mean: 0.0055_f32, amplitude: 0.005, frequency: 25.0, phase: 0.0 };
-    let contact = friction.under_load(1.0).unwrap();
+    let contact = table_2_frbd::<f32>().under_load(1.0).unwrap();
     let answers = Answers { interval: 4e-4, count: 200 };
     let scene = KnownVelocity::new(contact, Sine::new(wave).unwrap(), answers).unwrap();
     let scene = scene.starting_steadily();

@@ -2,7 +2,7 @@
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::signal::Function;
-use bristle::{Bristle, FrBd, paper};
+use bristle::{Bristle, Contact, FrBd, paper};
 use bristle_fidelity::*;
 use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
 use nalgebra::Vector3;
@@ -189,16 +189,25 @@ fn a_patch_whose_answers_are_far_apart_forgets_nothing_that_is_in_it() {
     }
 }
 
+/// A free mass of 1 kg from a velocity, in steps of 0.1 s.
+fn slid<M: Bristle<f64, Deflection = f64>>(
+    contact: Contact<f64, M>,
+    (velocity, force): (f64, f64),
+    (count, quantity): (usize, Quantity),
+) -> MechanismScene<f64, M, f64> {
+    let system = rig(contact, [1.0, 0.0, 0.0], 0.0, force);
+    let start = Vector3::new(0.0, velocity, 0.0);
+    MechanismScene::new(system, start, Answers { interval: 0.1, count }, quantity).unwrap()
+}
+
 /// A viscous friction that would throw the mass back within a step: it stops instead.
 #[test]
 fn a_mass_under_the_static_curve_does_not_slide_on_past_rest() {
     let curve =
         Stribeck::new(StribeckParameters { viscous_friction: 100.0, ..paper::STICK_SLIP_CURVE });
     let friction = FrBd::new(curve.unwrap(), *sets()[0].rheology());
-    let system = rig(friction.under_load(1.0).unwrap(), [1.0, 0.0, 0.0], 0.0, 0.0);
-    let start = Vector3::new(0.0, 1.0, 0.0);
-    let answers = Answers { interval: 0.1, count: 20 };
-    let scene = MechanismScene::new(system, start, answers, Quantity::Velocity).unwrap();
+    let contact = friction.under_load(1.0).unwrap();
+    let scene = slid(contact, (1.0, 0.0), (20, Quantity::Velocity));
     for steps in [1, 2, 4, 64] {
         let run = scene.run(Level::TRUE_REST, steps).unwrap();
         assert!(run.answers.iter().all(|&velocity| (0.0..1.0).contains(&velocity)), "{run:?}");
@@ -214,10 +223,7 @@ fn a_mass_under_the_static_curve_stops_by_static_friction_and_slides_on_under_th
     let (step, static_friction) = (0.1, contact.stationary_force(1e-9));
     for (share, stops) in [(0.99, true), (1.01, false), (-0.99, true), (-1.01, false)] {
         let velocity = share * static_friction * step;
-        let system = rig(contact, [1.0, 0.0, 0.0], 0.0, 0.0);
-        let start = Vector3::new(0.0, velocity, 0.0);
-        let answers = Answers { interval: step, count: 1 };
-        let scene = MechanismScene::new(system, start, answers, Quantity::Velocity).unwrap();
+        let scene = slid(contact, (velocity, 0.0), (1, Quantity::Velocity));
         let found = scene.run(Level::TRUE_REST, 1).unwrap().answers[0];
         let sliding = velocity - step * contact.stationary_force(velocity);
         let want = if stops { 0.0 } else { sliding };
@@ -232,10 +238,8 @@ fn friction_at_rest_is_the_applied_force_under_the_static_curve() {
     let contact = sets()[0].under_load(1.0).unwrap();
     for share in [0.5, -0.5] {
         let applied = share * contact.stationary_force(1e-9);
-        let system = rig(contact, [1.0, 0.0, 0.0], 0.0, applied);
-        let answers = Answers { interval: 0.1, count: 2 };
-        let scene = MechanismScene::new(system, Vector3::zeros(), answers, Quantity::Force);
-        let found = scene.unwrap().run(Level::TRUE_REST, 1).unwrap().answers;
+        let scene = slid(contact, (0.0, applied), (2, Quantity::Force));
+        let found = scene.run(Level::TRUE_REST, 1).unwrap().answers;
         assert_eq!(found, [applied, applied]);
     }
 }

@@ -23,7 +23,7 @@ pub(crate) fn logs(named: &[Named]) -> Vec<DriveLog> {
 }
 
 /// Columns that are taken, by these names.
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [&str; 10] = [
     "time",
     "position",
     "velocity",
@@ -31,6 +31,7 @@ const COLUMNS: [&str; 9] = [
     "current",
     "voltage",
     "goal",
+    "supply",
     "enabled",
     "external_torque",
 ];
@@ -87,7 +88,10 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
         [None, Some(current), None, None] => Drive::Current(current),
         [None, None, Some(voltage), None] => Drive::Voltage(voltage),
         [None, None, None, Some(goal)] => {
-            supply.resize(time.len(), arguments.number("supply"));
+            match find("supply") {
+                Some(measured) => supply.extend(measured),
+                None => supply.resize(time.len(), arguments.number("supply")),
+            }
             Drive::Duty {
                 goal,
                 gain: by_name("gain", arguments.text("gain"), stem)?,

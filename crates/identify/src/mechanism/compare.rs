@@ -1,10 +1,14 @@
-//! Comparison of candidates on logs that were not fitted: no more model than the data carries.
+//! Comparison of candidates by logs that were left out: no more model than the data carries.
 //!
-//! The score of a candidate is the mean square e² of the simulated position over the logs held
-//! out. Cut into windows, ten in each log, it has a standard error s/√n, with the deviation s of
-//! the n windows. Among the candidates within one standard error of the best, the one with the
-//! fewest parameters is named. A search that has not converged says nothing of its candidate, which
-//! is then neither the best nor named.
+//! Each log, or each fourth of them, is predicted by a search over the others, which begins at the
+//! result of all; of a single log, each third of its rows by the two others. The score of a
+//! candidate is the mean square e² of the simulated position over what was left out, cut into
+//! windows, ten in each log. Among the candidates whose squares exceed those of the best, window by
+//! window, by no more than one standard error s/√n, with the deviation s of n such differences, the
+//! one with the fewest parameters is named. A search that has not converged says nothing of its
+//! candidate, which is then neither the best nor named.
+//!
+//! Logs that are held out take no part in this: their errors are those of a prediction.
 //!
 //! Source: L. Breiman, J. H. Friedman, R. A. Olshen, C. J. Stone, "Classification and Regression
 //! Trees" (1984), section 3.4.3.
@@ -16,15 +20,21 @@ use super::criteria::{Criterion, Errors};
 use super::fit::{Progress, Settings, fit_candidate, fit_joint};
 use super::friction::Friction;
 use super::joint::Joint;
+use super::ladder::begin_at;
 use super::log::DriveLog;
-use super::report::{JointFit, Score};
+use super::report::{JointFit, over};
 use super::smooth::{SmoothedLog, smooth};
-use crate::SearchOutcome;
+use crate::least_squares::minimise;
+use crate::{SearchOutcome, SearchProgress, SearchSettings};
 use bristle::number::Number;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError};
 
 /// Windows in each log.
 const WINDOWS: usize = 10;
+/// Parts of a single log.
+const PARTS: usize = 3;
+/// Most searches without a part of the logs.
+const FOLDS: usize = 4;
 
 /// Candidates and their errors on logs that were not fitted, from [`compare`]. Prints as a table.
 #[derive(Debug, Clone)]
@@ -33,25 +43,26 @@ pub struct Comparison {
     pub fits: Vec<JointFit>,
     /// Candidates that were refused, and why.
     pub refused: Vec<(Friction, ParameterError)>,
-    /// Place of the candidate with the least error on the logs held out, among those whose search
-    /// has converged.
+    /// Mean square of the position of logs that were left out \[rad²\], and its standard error, for
+    /// each candidate that was fitted; NaN where its search has not converged.
+    pub left_out: Vec<[f64; 2]>,
+    /// Place of the candidate with the least of them.
     pub best: Option<usize>,
     /// Place of the simplest of these within one standard error of it.
     pub simplest: Option<usize>,
-    /// Standard error of the best mean square \[rad²\]; NaN if no search has converged.
-    pub standard_error: f64,
 }
 
-/// Fits all candidates to the logs `fitted`, and names the simplest one that predicts the logs
-/// `held_out` as well as the best. Each candidate is started from the logs and from those before it
-/// that it contains, and never ends above them: put the simpler ones first.
+/// Fits all candidates to the logs `fitted`, and names the simplest one that predicts each of them
+/// from the others as well as the best. Each candidate is started from the logs and from those
+/// before it that it contains, and never ends above them: put the simpler ones first.
 ///
-/// The callback can stop: the candidates so far are compared.
+/// The logs `held_out` are predicted, and take no part in the choice. The callback can stop: the
+/// candidates so far are compared.
 ///
 /// # Errors
 ///
-/// Refuses no candidate and no logs held out. If [`fit_joint`](super::fit_joint) refuses all
-/// candidates, the first reason.
+/// Refuses no candidate. If [`fit_joint`](super::fit_joint) refuses all candidates, the first
+/// reason.
 pub fn compare(
     joint: &Joint,
     candidates: &[Friction],
@@ -61,12 +72,18 @@ pub fn compare(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Comparison, ParameterError> {
     Named("candidates", candidates.len()).count(1)?;
-    Named("logs held out", held_out.len()).count(1)?;
+    let smoothed: Vec<_> = fitted.iter().map(smooth).collect();
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
+    let mut squares = Vec::new();
     for (candidate, friction) in candidates.iter().enumerate() {
         let contained = fits.iter().filter(|fit| friction.contains(&fit.friction));
         let contained: Vec<_> = contained.collect();
-        let mut watch = |now: &Progress<'_>| progress(&Progress { candidate, ..*now });
+        let mut stopped = false;
+        let mut watch = |now: &Progress<'_>| {
+            let goes_on = progress(&Progress { candidate, ..*now });
+            stopped |= goes_on.is_break();
+            goes_on
+        };
         let found = if contained.is_empty() {
             fit_joint(joint, friction, fitted, held_out, settings, &mut watch)
         } else {
@@ -74,56 +91,91 @@ pub fn compare(
             fit_candidate(joint, friction, logs, settings, &contained, &mut watch)
         };
         match found {
-            Ok(fit) => fits.push(fit),
+            Ok(fit) => {
+                squares.push(squares_left_out(&fit, &smoothed, settings, &mut watch)?);
+                fits.push(fit);
+            }
             Err(error) => refused.push((*friction, error)),
         }
-        if fits.last().is_some_and(|fit| fit.fit.outcome == SearchOutcome::Stopped) {
+        if stopped {
             break;
         }
     }
-    let smoothed: Vec<_> = held_out.iter().map(smooth).collect();
-    if fits.is_empty() {
-        let none = Named("candidates", 0.0).refused(Rule::Count { least: 1 });
-        return Err(refused.first().map_or(none, |(_, error)| *error));
+    if let (true, Some((_, error))) = (fits.is_empty(), refused.first()) {
+        return Err(*error);
     }
-    // Mean square and standard error, number of parameters, and place of each.
-    let converged = fits.iter().enumerate();
-    let converged = converged.filter(|(_, fit)| fit.fit.outcome == SearchOutcome::Converged);
-    let score = |(place, fit): (usize, &JointFit)| {
-        let (mean, error) = mean_and_error(&windows(fit, &smoothed));
-        (mean, error, fit.searched(), place)
-    };
-    let scores: Vec<_> = converged.map(score).collect();
-    let best = scores.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let standard_error = best.map_or(f64::NAN, |best| best.1);
-    let near = scores.iter().filter(|s| best.is_some_and(|best| s.0 <= best.0 + best.1));
-    let simplest = near.min_by(|a, b| a.2.cmp(&b.2).then(a.0.total_cmp(&b.0)));
-    let [best, simplest] = [best, simplest].map(|score| score.map(|score| score.3));
-    Ok(Comparison { fits, refused, best, simplest, standard_error })
+    let left_out: Vec<_> = squares.iter().map(|squares| mean_and_error(squares)).collect();
+    let known = || left_out.iter().enumerate().filter(|(_, [mean, _])| mean.is_finite());
+    let best = known().min_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+    let near = known().filter(|&(place, _)| {
+        let pairs = best.iter().flat_map(|(best, _)| squares[place].iter().zip(&squares[*best]));
+        let more: Vec<f64> = pairs.map(|(ours, best)| ours - best).collect();
+        let [mean, error] = mean_and_error(&more);
+        mean <= error
+    });
+    let rank = |place: usize| fits.get(place).map_or(usize::MAX, JointFit::searched);
+    let simplest = near.min_by(|a, b| rank(a.0).cmp(&rank(b.0)).then(a.1[0].total_cmp(&b.1[0])));
+    let [best, simplest] = [best, simplest].map(|found| found.map(|(place, _)| place));
+    Ok(Comparison { fits, refused, left_out, best, simplest })
 }
 
-/// Mean squares of the errors of whole logs, window by window.
-fn windows(fit: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<f64> {
-    let mut squares = Vec::new();
-    let whole = Errors::new(&fit.model, logs, Criterion::Segments(f64::INFINITY));
-    let parts = whole.by_log(&fit.fit.values());
-    for part in parts.iter().flatten().flatten() {
-        let length = part.len().div_ceil(WINDOWS).max(1);
-        let mean = |window: &[f64]| window.iter().map(|r| r * r).sum::<f64>() / length as f64;
-        squares.extend(part.chunks(length).map(mean));
+/// Mean squares of the simulated position window by window, each of a log that was left out; none
+/// where a search has not converged, or was stopped.
+fn squares_left_out(
+    fit: &JointFit,
+    logs: &[SmoothedLog<'_>],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Vec<f64>, ParameterError> {
+    let (model, horizon) = (&fit.model, fit.horizon);
+    let whole = Errors::new(model, logs, Criterion::Segments(f64::INFINITY));
+    let mut errors = Errors::new(model, logs, Criterion::Segments(horizon));
+    let mut parameters = model.table.parameters.clone();
+    begin_at(&mut parameters, &fit.fit.values());
+    let Settings { tolerance, gradient_runs: iterations, .. } = *settings;
+    let search = SearchSettings { iterations, tolerance, starts: 1 };
+    let (mut gradient_runs, mut squares) = (fit.gradient_runs, Vec::new());
+    let parts = if logs.len() == 1 { PARTS } else { 1 };
+    let folds = FOLDS.min(logs.len() * parts);
+    for out in 0..folds {
+        if fit.fit.outcome != SearchOutcome::Converged {
+            return Ok(Vec::new());
+        }
+        let ours = |log: usize, row, rows| (log + row * parts / rows) % folds == out;
+        errors.weights.clear();
+        for (log, residuals) in errors.by_log(&fit.fit.values())?.into_iter().enumerate() {
+            let weight = |row| f64::from(u8::from(!ours(log, row, residuals.len())));
+            errors.weights.extend((0..residuals.len()).map(weight));
+        }
+        let mut watch = |now: &SearchProgress<'_>| {
+            let &SearchProgress { iteration, rmse, values, .. } = now;
+            let gradient_runs = gradient_runs + iteration;
+            progress(&Progress { candidate: 0, horizon, gradient_runs, rmse, values })
+        };
+        let found = minimise(&errors, &parameters, &search, &mut watch)?;
+        gradient_runs += found.iterations + 1;
+        if found.outcome == SearchOutcome::Stopped {
+            return Ok(Vec::new());
+        }
+        let values = model.table.without(found.values(), |log| parts == 1 && log % folds == out);
+        let Ok(left) = whole.by_log(&values) else { return Ok(Vec::new()) };
+        for (log, residuals) in left.into_iter().enumerate() {
+            let rows = residuals.len();
+            let all = residuals.into_iter().enumerate().filter(|(row, _)| ours(log, *row, rows));
+            let all: Vec<f64> = all.map(|(_, r)| r * r).collect();
+            let length = all.len().div_ceil(WINDOWS).max(1);
+            squares.extend(all.chunks(length).map(|w| w.iter().sum::<f64>() / w.len() as f64));
+        }
     }
-    squares
+    Ok(squares)
 }
 
-/// The mean of values and its standard error; infinite where a value is not finite or there is
-/// none.
-fn mean_and_error(values: &[f64]) -> (f64, f64) {
+/// The mean of values and its standard error; NaN where there is none.
+fn mean_and_error(values: &[f64]) -> [f64; 2] {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
-    let error = (squares / (count * (count - 1.0))).sqrt();
-    let known = mean.is_finite() && error.is_finite();
-    (if mean.is_finite() { mean } else { f64::INFINITY }, if known { error } else { 0.0 })
+    [mean, (squares / (count * (count - 1.0))).sqrt()]
 }
 
 impl Comparison {
@@ -136,33 +188,31 @@ impl Comparison {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:20} free  fitted on   on these: rmse (mean size)", "whole logs [rad]")?;
-        writeln!(f, "   held out: rmse (mean size)   search")?;
-        for (i, fit) in self.fits.iter().enumerate() {
-            let over = match fit.horizon {
-                f64::INFINITY => "whole logs".into(),
-                0.0 => "torques".into(),
-                length => format!("{:.3} s", Number(length)),
-            };
-            write!(f, "{:20} {:>4} {over:>10}", fit.friction, fit.searched())?;
-            for scores in [&fit.fitted, fit.held_out.as_ref().unwrap_or(&fit.fitted)] {
-                let Score { rmse, mean_absolute } = scores.all.simulated;
-                let (rmse, mean) = (Number(rmse), Number(mean_absolute));
-                write!(f, "   {rmse:>13.4} ({mean:>9.4})")?;
-            }
-            let mark = match [self.simplest, self.best].map(|place| place == Some(i)) {
-                [true, true] => "  <- best and simplest",
-                [true, false] => "  <- simplest within one standard error",
-                [false, true] => "  <- best",
-                [false, false] => "",
-            };
-            writeln!(f, "   {}{mark}", fit.fit.outcome)?;
+        let length = self.fits.first().map_or("", |fit| fit.model.joint.unit("m"));
+        write!(f, "| {length}: rmse (mean size, relative) | free | over | fitted |")?;
+        writeln!(f, " each by the others | held out | search |\n|---|---|---|---|---|---|---|")?;
+        for (i, (fit, [square, error])) in self.fits.iter().zip(&self.left_out).enumerate() {
+            let (name, free, root) = (fit.friction, fit.searched(), square.sqrt());
+            let (left_out, error) = (Number(root), Number(0.5 * error / root));
+            write!(
+                f,
+                "| {name} | {free} | {} | {} |",
+                over(fit.horizon),
+                fit.fitted.all.simulated
+            )?;
+            write!(f, " {left_out:.2} ± {error:.1} | ")?;
+            fit.held_out.iter().try_for_each(|scores| write!(f, "{}", scores.all.simulated))?;
+            let best = if self.best == Some(i) { ", best" } else { "" };
+            let simplest = if self.simplest == Some(i) { ", **named**" } else { "" };
+            writeln!(f, " | {}{best}{simplest} |", fit.fit.outcome)?;
         }
         for (friction, error) in &self.refused {
-            writeln!(f, "{friction:20} refused: {error}")?;
+            writeln!(f, "| {friction} | refused: {error} |")?;
         }
         match self.named() {
-            Some(named) => write!(f, "\n{named}"),
+            Some(named) => {
+                write!(f, "\nnamed, the simplest within one standard error of the best:\n{named}")
+            }
             None => writeln!(f, "\nno search has converged: no candidate is named"),
         }
     }

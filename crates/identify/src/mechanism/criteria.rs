@@ -121,25 +121,32 @@ impl<'a> Errors<'a> {
         Ok(())
     }
 
-    /// The residuals of a log by segments, and all of them by the inverse criterion.
-    fn parts(
-        &self,
-        number: usize,
-        smoothed: &SmoothedLog<'_>,
-        values: &[f64],
-    ) -> Result<Vec<Vec<f64>>, ParameterError> {
-        let mut all = Vec::new();
-        self.of_log(number, smoothed, values, &mut |r: f64| all.push(r))?;
-        let Criterion::Segments(length) = self.criterion else { return Ok(vec![all]) };
-        let mut rest = all.into_iter();
-        let part = |segment: Range<usize>| rest.by_ref().take(segment.len()).collect();
-        Ok(segments(smoothed.log, length).into_iter().map(part).collect())
+    /// Sum of squares to which those of a log are compared: of the motor's torque, or of the
+    /// position about its mean in each segment.
+    pub(super) fn whole(&self, number: usize, log: &SmoothedLog<'_>, values: &[f64]) -> f64 {
+        let Criterion::Segments(length) = self.criterion else {
+            let plant = Plant::new(self.model, log, number, values);
+            let torque = |row| plant.as_ref().map_or(f64::NAN, |plant| plant.measured(row).motor);
+            return log.rows.iter().map(|row| torque(row).powi(2)).sum();
+        };
+        let about_mean = |rows: Range<usize>| -> f64 {
+            let ours = log.log.position.get(rows).unwrap_or_default();
+            let mean = ours.iter().sum::<f64>() / ours.len() as f64;
+            ours.iter().map(|x| (x - mean) * (x - mean)).sum()
+        };
+        segments(log.log, length).into_iter().map(about_mean).sum()
     }
 
-    /// The residuals log by log and part by part.
-    pub(super) fn by_log(&self, values: &[f64]) -> Result<Vec<Vec<Vec<f64>>>, ParameterError> {
-        let logs = self.logs.iter().enumerate();
-        logs.map(|(number, smoothed)| self.parts(number, smoothed, values)).collect()
+    /// The residuals log by log, by as many threads as the machine has.
+    pub(super) fn by_log<T: Scalar>(&self, values: &[T]) -> Result<Vec<Vec<T>>, ParameterError> {
+        let of_log = |number: usize| {
+            let mut residuals = Vec::new();
+            let mut push = |r: T| residuals.push(r);
+            let log = self.logs.get(number);
+            log.map_or(Ok(()), |log| self.of_log(number, log, values, &mut push))?;
+            Ok(residuals)
+        };
+        side_by_side(self.logs.len(), of_log).into_iter().collect()
     }
 }
 
@@ -168,21 +175,8 @@ impl Objective for Errors<'_> {
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
         let mut weights = self.weights.iter();
-        let mut weighted = |r: T| {
-            each(match weights.next() {
-                Some(&weight) => r * lit(weight),
-                None => r,
-            })
-        };
-        let of_log = |number: usize| {
-            let mut residuals = Vec::new();
-            let mut push = |r: T| residuals.push(r);
-            let log = self.logs.get(number);
-            log.map_or(Ok(()), |log| self.of_log(number, log, values, &mut push))?;
-            Ok(residuals)
-        };
-        for residuals in side_by_side(self.logs.len(), of_log) {
-            residuals?.into_iter().for_each(&mut weighted);
+        for r in self.by_log(values)?.into_iter().flatten() {
+            each(weights.next().map_or(r, |&weight| r * lit(weight)));
         }
         Ok(())
     }
@@ -238,8 +232,8 @@ mod tests {
         let fan = Term::own("fan", "N m s²/rad²", |_, v| [-v.abs() * v, 0.0, -2.0 * v.abs()]);
         let joint = Joint::new()
             .with(Term::Gravity)
-            .with(Term::Constant)
-            .with(Term::Spring)
+            .with(Term::constant())
+            .with(Term::spring())
             .with(fan)
             .start("inertia", 0.01)
             .start("torque_constant", 0.4)

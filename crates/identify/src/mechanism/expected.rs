@@ -112,8 +112,8 @@ impl Stages<'_> {
             let length = if share == 1.0 { f64::INFINITY } else { share * self.duration };
             errors.criterion = Criterion::Segments(length);
             self.runs += 1;
-            let most = f64::INFINITY;
-            let sizes = expected(&errors, &parameters, most, DRAWS[0], &mut || self.ask())?;
+            let (most, draws) = (f64::INFINITY, DRAWS[0]);
+            let sizes = expected(&errors, &parameters, most, draws, &mut || self.ask())?;
             let Some(sizes) = sizes else { continue };
             let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
             let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;

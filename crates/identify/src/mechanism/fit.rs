@@ -25,7 +25,7 @@ use crate::least_squares::minimise;
 use crate::log::{quantile, span};
 use crate::problem::{Objective, Problem};
 use crate::{Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError};
 
 /// How the parameters of a joint are searched.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,10 +84,8 @@ pub struct Progress<'a> {
     pub values: &'a [f64],
 }
 
-/// Most runs with derivatives of the inverse criterion.
-const INVERSE_RUNS: usize = 20;
 /// Most runs with derivatives of a stage before the last.
-const COARSE_RUNS: usize = 15;
+const COARSE_RUNS: usize = 20;
 /// Most runs with derivatives from each of two starts, after which the better one goes on.
 const CHALLENGE_RUNS: usize = 10;
 /// Most rounds of weights of a robust loss.
@@ -103,9 +101,6 @@ pub(super) const RARE: f64 = 100.0;
 const MOST_STEPS: f64 = 200.0;
 /// Most halvings of the segments.
 const HALVINGS: usize = 8;
-
-/// Length of the segments of the reported criterion over that of the longest log.
-const REPORTED: f64 = 0.1;
 
 impl Settings {
     /// Refuses lengths, steps and bounds that are not positive, and steps that are far too short
@@ -155,24 +150,20 @@ pub fn fit_joint(
         stopped = stopped || progress(now).is_break();
         if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let mut rungs = Vec::<JointFit>::new();
-    let mut left = settings.gradient_runs;
-    let all = friction.rungs();
-    for (number, rung) in all.iter().enumerate() {
-        let last = number + 1 == all.len();
-        let gradient_runs = if last { left } else { left / (all.len() + 1 - number) };
-        let settings = Settings { gradient_runs, ..settings.clone() };
-        let unseen = if last { held_out } else { &[] };
+    let (mut rungs, mut left) = (Vec::<JointFit>::new(), settings.gradient_runs);
+    let smaller = friction.rungs();
+    let limited = |gradient_runs| Settings { gradient_runs, ..settings.clone() };
+    for (number, rung) in smaller.iter().enumerate() {
+        let settings = limited(left / (smaller.len() + 2 - number));
         let contained: Vec<_> = rungs.iter().collect();
-        let logs = [fitted, unseen];
-        let fit = fit_candidate(joint, rung, logs, &settings, &contained, &mut watch)?;
+        let fit = fit_candidate(joint, rung, [fitted, &[]], &settings, &contained, &mut watch)?;
         left = left.saturating_sub(fit.gradient_runs);
         rungs.push(fit);
     }
-    let gradient_runs = rungs.iter().map(|fit| fit.gradient_runs).sum();
-    let last =
-        rungs.pop().ok_or_else(|| Named("candidates", 0.0).refused(Rule::Count { least: 1 }));
-    Ok(JointFit { gradient_runs, run_limit: settings.gradient_runs, ..last? })
+    let (contained, logs) = (rungs.iter().collect::<Vec<_>>(), [fitted, held_out]);
+    let last = fit_candidate(joint, friction, logs, &limited(left), &contained, &mut watch)?;
+    let run_limit = settings.gradient_runs;
+    Ok(JointFit { gradient_runs: run_limit - left + last.gradient_runs, run_limit, ..last })
 }
 
 /// [`fit_joint`], also from the results of candidates that this one contains.
@@ -211,22 +202,18 @@ pub(super) fn fit_candidate(
     let lengths = core::mem::take(&mut stages.expected);
     stages.know_noise(&mut fit)?;
     fit.remarks.extend(stages.shortened);
-    if fit.outcome == SearchOutcome::IterationLimit {
-        fit.outcome = SearchOutcome::RunLimit;
-    }
     for (estimate, &log) in fit.estimates.iter_mut().zip(&model.table.logs) {
         estimate.log = log;
     }
-    let (values, segment) = (fit.values(), REPORTED * duration);
+    let values = fit.values();
     let unseen: Vec<SmoothedLog<'_>> = held_out.iter().map(smooth).collect();
-    let held_out = (!unseen.is_empty()).then(|| model.scores(&values, &unseen, segment));
+    let held_out = (!unseen.is_empty()).then(|| model.scores(&values, &unseen));
     let mut result = JointFit {
         friction: *friction,
         fit,
         horizon,
         expected: lengths,
-        segment,
-        fitted: model.scores(&values, &logs, segment)?,
+        fitted: model.scores(&values, &logs)?,
         held_out: held_out.transpose()?,
         gradient_runs: runs,
         run_limit: settings.gradient_runs,
@@ -270,7 +257,7 @@ impl Stages<'_> {
             given => given.to_vec(),
         };
         let coarse = 10.0 * self.settings.tolerance;
-        let mut found = self.minimise(self.left().min(INVERSE_RUNS), coarse)?;
+        let mut found = self.minimise(self.left().min(COARSE_RUNS), coarse)?;
         for (stage, &asked) in horizons.iter().enumerate() {
             let last = stage + 1 == horizons.len();
             let stopped = found.outcome == SearchOutcome::Stopped
@@ -312,7 +299,7 @@ impl Stages<'_> {
                 self.origin = origin;
             }
             let best = better.unwrap_or(one);
-            found = Some(best).filter(|fit| fit.outcome != SearchOutcome::IterationLimit);
+            found = Some(best).filter(|fit| fit.outcome != SearchOutcome::RunLimit);
         }
         let mut found = match found {
             Some(found) => found,
@@ -323,10 +310,8 @@ impl Stages<'_> {
             if self.left() == 0 || found.outcome == SearchOutcome::Stopped {
                 break;
             }
-            self.errors.weights.clear();
-            let mut sizes = Vec::new();
-            self.errors.evaluate(&found.values(), &mut |r: f64| sizes.push(r.abs()))?;
-            self.errors.weights = self.settings.loss.weights(&sizes);
+            let sizes = self.errors.by_log(&found.values())?.into_iter().flatten().map(f64::abs);
+            self.errors.weights = self.settings.loss.weights(&sizes.collect::<Vec<_>>());
             found = self.minimise(self.left(), tolerance)?;
         }
         Ok(found)

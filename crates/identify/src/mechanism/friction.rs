@@ -27,7 +27,7 @@ use bristle::curve::{
 use bristle::parameter::ParameterError;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scalar::lit;
-use bristle::{AnyBristle, Dahl, DahlParameters, FrBd, LuGre, Scalar};
+use bristle::{AnyBristle, FrBd, LuGre, Scalar};
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 
 /// What carries the friction.
@@ -49,8 +49,9 @@ const STIFF: f64 = 1e4;
 pub struct Friction {
     kind: Kind,
     stribeck: bool,
-    loaded: bool,
-    directional: bool,
+    exponential: bool,
+    pub(super) loaded: bool,
+    pub(super) directional: bool,
 }
 
 /// The friction of a gear, chosen at run time.
@@ -60,21 +61,8 @@ pub(super) type Gear<T> = GearFriction<T, AnyBristle<T>, TorqueLoad<T>>;
 pub(super) type GearParameters<T> = GearFrictionParameters<T, AnyBristle<T>, TorqueLoad<T>>;
 
 impl Friction {
-    /// All parameters that a candidate can have.
-    pub(super) const NAMES: [&'static str; 9] = [
-        "coulomb_torque",
-        "motor_load_factor",
-        "external_load_factor",
-        "breakaway_excess",
-        "stribeck_velocity",
-        "stribeck_exponent",
-        "backward_ratio",
-        "micro_stiffness",
-        "micro_damping",
-    ];
-
     fn new(kind: Kind, stribeck: bool) -> Self {
-        Self { kind, stribeck, loaded: false, directional: false }
+        Self { kind, stribeck, exponential: false, loaded: false, directional: false }
     }
 
     /// A constant torque against the motion. Its bristle is fixed and stiff: it breaks away over a
@@ -88,7 +76,7 @@ impl Friction {
         Self::new(Kind::Static, true)
     }
 
-    /// [`Dahl`]'s model.
+    /// [Dahl](bristle::Dahl)'s model.
     pub fn dahl() -> Self {
         Self::new(Kind::Dahl, false)
     }
@@ -109,19 +97,28 @@ impl Friction {
         Self { loaded: true, ..self }
     }
 
+    /// With a Stribeck exponent δ of one in place of two: friction falls at once from rest on.
+    #[must_use]
+    pub fn exponential(self) -> Self {
+        Self { exponential: true, ..self }
+    }
+
     /// With another curve backwards. Under a constant load that is a constant torque beside the
     /// mean of both curves: such a candidate is refused beside a
-    /// [`Term::Constant`](super::Term::Constant) that is searched.
+    /// [`Term::constant`](super::Term::constant) that is searched.
     #[must_use]
     pub fn directional(self) -> Self {
         Self { directional: true, ..self }
     }
 
     /// Coulomb, Dahl, Stribeck, FrBD and LuGre with a constant load, then with one that grows with
-    /// the torques: from simple to rich, as [`compare`](super::compare()) takes them.
+    /// the torques; of the latter also Coulomb by direction, and LuGre with δ = 1. From simple to
+    /// rich, as [`compare`](super::compare()) takes them.
     pub fn candidates() -> Vec<Self> {
         let plain = [Self::coulomb(), Self::dahl(), Self::stribeck(), Self::frbd(), Self::lugre()];
-        plain.into_iter().chain(plain.map(Self::loaded)).collect()
+        let [coulomb, .., lugre] = plain.map(Self::loaded);
+        let more = [coulomb.directional(), lugre.exponential()];
+        plain.into_iter().chain(plain.map(Self::loaded)).chain(more).collect()
     }
 
     /// Whether a simpler candidate is this one with some of its parameters without effect.
@@ -131,25 +128,17 @@ impl Friction {
             (one, other) => one == other,
         };
         let least = simpler.stribeck <= self.stribeck
+            && (!simpler.stribeck || simpler.exponential == self.exponential)
             && simpler.loaded <= self.loaded
             && simpler.directional <= self.directional;
         kind && least && simpler != self
     }
 
-    /// Whether its load grows with the torques.
-    pub fn is_loaded(&self) -> bool {
-        self.loaded
-    }
-
-    /// Whether a ratio of both directions does what a constant torque does.
-    pub(super) fn has_offset(&self) -> bool {
-        self.directional && !self.loaded
-    }
-
+    /// Its parameters with units of translation.
     pub(super) fn parameters(&self, guess: &Guess) -> Vec<Parameter> {
         let (coulomb, range) = (guess.coulomb, guess.range);
         let bounds = 1e-3 * coulomb..=100.0 * coulomb;
-        let mut all = vec![Parameter::scaled("coulomb_torque", "N m", coulomb, bounds, coulomb)];
+        let mut all = vec![Parameter::scaled("coulomb_torque", "N", coulomb, bounds, coulomb)];
         if self.loaded {
             all.push(Parameter::scaled("motor_load_factor", "", 0.1, 0.0..=0.95, 0.1));
             all.push(Parameter::scaled("external_load_factor", "", 0.1, 0.0..=5.0, 0.1));
@@ -158,9 +147,11 @@ impl Friction {
         if self.stribeck {
             let (speed, least, most) = (guess.speed, 1e-4 * guess.fastest, 10.0 * guess.fastest);
             all.push(Parameter::scaled("breakaway_excess", "", 0.3, 0.0..=10.0, 0.3));
-            all.push(logarithmic("stribeck_velocity", "rad/s", 0.1 * speed, least..=most));
+            all.push(logarithmic("stribeck_velocity", "m/s", 0.1 * speed, least..=most));
             // Fixed, unless something is said of it.
-            all.push(Parameter::scaled("stribeck_exponent", "", 2.0, 2.0..=2.0, 1.0));
+            let exponent = if self.exponential { 1.0 } else { 2.0 };
+            let bounds = exponent..=exponent;
+            all.push(Parameter::scaled("stribeck_exponent", "", exponent, bounds, 1.0));
         }
         if self.directional {
             all.push(logarithmic("backward_ratio", "", 1.0, 0.1..=10.0));
@@ -170,16 +161,16 @@ impl Friction {
         if self.kind == Kind::Static {
             let stiffness = STIFF / range;
             let damping = 0.5 * critical(stiffness);
-            all.push(logarithmic("micro_stiffness", "1/rad", stiffness, stiffness..=stiffness));
-            all.push(logarithmic("micro_damping", "s/rad", damping, damping..=damping));
+            all.push(logarithmic("micro_stiffness", "1/m", stiffness, stiffness..=stiffness));
+            all.push(logarithmic("micro_damping", "s/m", damping, damping..=damping));
             return all;
         }
         let stiffness = 200.0 / range;
-        all.push(logarithmic("micro_stiffness", "1/rad", stiffness, 1.0 / range..=STIFF / range));
+        all.push(logarithmic("micro_stiffness", "1/m", stiffness, 1.0 / range..=STIFF / range));
         if self.kind != Kind::Dahl {
             let damping = 0.1 * critical(stiffness);
             let bounds = 0.0..=1e3 * damping;
-            all.push(Parameter::scaled("micro_damping", "s/rad", damping, bounds, damping));
+            all.push(Parameter::scaled("micro_damping", "s/m", damping, bounds, damping));
         }
         all
     }
@@ -223,10 +214,8 @@ impl Friction {
         };
         let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })?;
         let friction: AnyBristle<T> = match self.kind {
-            Kind::Dahl if !self.directional => {
-                Dahl::new(DahlParameters { dynamic_coefficient: one, micro_stiffness })?.into()
-            }
             Kind::LuGre => LuGre::classical(curve, bristle).into(),
+            // Dahl's model is one of a flat curve without damping.
             _ => FrBd::new(curve, bristle).into(),
         };
         let load =
@@ -245,8 +234,10 @@ impl fmt::Display for Friction {
             (Kind::LuGre, _) => "LuGre",
             (Kind::FrBd, _) => "FrBD",
         };
-        let load = if self.loaded { ", loaded" } else { "" };
-        let directional = if self.directional { ", directional" } else { "" };
-        f.pad(&format!("{name}{load}{directional}"))
+        let flag = |is: bool, text| if is { text } else { "" };
+        let load = flag(self.loaded, ", loaded");
+        let directional = flag(self.directional, ", directional");
+        let exponent = flag(self.exponential, ", δ = 1");
+        f.pad(&format!("{name}{load}{directional}{exponent}"))
     }
 }

@@ -7,22 +7,18 @@ use std::sync::Arc;
 use super::friction::Friction;
 use super::start::Guess;
 use crate::Parameter;
-use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{lit, to_f64};
+use bristle::{Scalar, Units};
 
 /// A torque on the load side of the gear: it loads the gear as an external torque does.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Term {
-    /// A constant torque, parameter `offset_torque` [N m].
-    Constant,
-    /// −k x, parameter `spring_rate` [N m/rad].
-    Spring,
     /// −G sin(x − x0), parameters `gravity_torque` G [N m] and `hanging_angle` x0 \[rad\]. To G is
     /// added what a log [knows](super::KnownLoad).
     Gravity,
-    /// θ φ(x, v) with a function of your own and its factor θ as parameter, see [`Term::own`].
+    /// θ φ(x, v) with its factor θ as parameter, see [`Term::own`].
     Own(OwnTerm),
 }
 
@@ -58,11 +54,51 @@ impl Term {
         Self::Own(OwnTerm { name, unit, torque: Arc::new(torque) })
     }
 
+    /// A constant torque, parameter `offset_torque` [N m].
+    pub fn constant() -> Self {
+        Self::own("offset_torque", "N", |_, _| [1.0, 0.0, 0.0])
+    }
+
+    /// −k x, parameter `spring_rate` [N m/rad].
+    pub fn spring() -> Self {
+        Self::own("spring_rate", "N/m", |x, _| [-x, -1.0, 0.0])
+    }
+
+    /// −B₋ v where v < 0, parameter `backward_drag` B₋ [N m s/rad]: by how much the drag backwards
+    /// exceeds that forwards.
+    pub fn backward_drag() -> Self {
+        Self::own("backward_drag", "N s/m", |_, v| if v < 0.0 { [-v, 0.0, -1.0] } else { [0.0; 3] })
+    }
+
+    /// a cos(n x) + b sin(n x) and its second harmonic, with a known number n of waves per radian:
+    /// cogging, a cable. Parameters `ripple_cos_1` a, `ripple_sin_1` b, `ripple_cos_2` and
+    /// `ripple_sin_2` [N m].
+    ///
+    /// ```
+    /// use bristle_identify::mechanism::{Joint, Term};
+    ///
+    /// let joint = Term::ripple(7.0).into_iter().fold(Joint::new(), Joint::with);
+    /// # let _ = joint;
+    /// ```
+    pub fn ripple(number: f64) -> [Self; 4] {
+        let wave = |name, n: f64, lead: f64| {
+            Self::own(name, "N", move |x, _| {
+                let (sin, cos) = (n * x + lead).sin_cos();
+                [cos, -n * sin, 0.0]
+            })
+        };
+        let quarter = -core::f64::consts::FRAC_PI_2;
+        [
+            wave("ripple_cos_1", number, 0.0),
+            wave("ripple_sin_1", number, quarter),
+            wave("ripple_cos_2", 2.0 * number, 0.0),
+            wave("ripple_sin_2", 2.0 * number, quarter),
+        ]
+    }
+
     /// The names of its parameters.
     pub(super) fn names(&self) -> &[&'static str] {
         match self {
-            Self::Constant => &["offset_torque"],
-            Self::Spring => &["spring_rate"],
             Self::Gravity => &["gravity_torque", "hanging_angle"],
             Self::Own(own) => core::slice::from_ref(&own.name),
         }
@@ -72,14 +108,11 @@ impl Term {
     /// to them. To the torque of gravity is added a known one.
     #[inline]
     pub(super) fn torque<T: Scalar>(&self, parameters: &[T], known: f64, x: T, v: T) -> [T; 3] {
-        let zero = T::zero();
         match (self, parameters) {
-            (Self::Constant, &[torque]) => [torque, zero, zero],
-            (Self::Spring, &[rate]) => [-rate * x, -rate, zero],
             (Self::Gravity, &[torque, hanging]) => {
                 let torque = torque + lit(known);
                 let (sin, cos) = (x - hanging).sin_cos();
-                [-torque * sin, -torque * cos, zero]
+                [-torque * sin, -torque * cos, T::zero()]
             }
             (Self::Own(own), &[factor]) => {
                 let (at_x, at_v) = (to_f64(x), to_f64(v));
@@ -92,38 +125,53 @@ impl Term {
         }
     }
 
-    fn parameters(&self, guess: &Guess, found: &[f64]) -> Vec<Parameter> {
-        let torque = guess.torque;
-        let signed = |name, unit, start: f64, typical: f64| {
+    /// That of several terms with the parameters of all.
+    #[inline]
+    pub(super) fn sum<T: Scalar>(terms: &[Self], all: &[T], known: f64, x: T, v: T) -> [T; 3] {
+        let (mut sum, mut rest) = ([T::zero(); 3], all);
+        for term in terms {
+            let (ours, others) = rest.split_at_checked(term.names().len()).unwrap_or_default();
+            let torque = term.torque(ours, known, x, v);
+            sum.iter_mut().zip(torque).for_each(|(sum, part)| *sum += part);
+            rest = others;
+        }
+        sum
+    }
+
+    /// Its parameters with units of translation, from values and typical sizes.
+    fn parameters(&self, guess: &Guess, found: &[(f64, f64)]) -> Vec<Parameter> {
+        let signed = |name, unit, (start, typical): (f64, f64)| {
             let most = start.abs() + 30.0 * typical;
             Parameter::scaled(name, unit, start, -most..=most, typical)
         };
         match (self, found) {
-            (Self::Constant, &[c]) => vec![signed("offset_torque", "N m", c, 0.1 * torque)],
-            (Self::Spring, &[rate]) => {
-                vec![signed("spring_rate", "N m/rad", rate, 0.1 * torque / guess.range)]
+            (Self::Gravity, &[(gravity, typical), hanging]) => {
+                let name = "gravity_torque";
+                let gravity = if guess.known_gravity == 0.0 {
+                    Parameter::positive(name, "N", gravity.max(0.1 * typical), 100.0)
+                } else {
+                    // A known load may be overstated.
+                    let most = gravity.abs() + 100.0 * typical;
+                    let bounds = -OVERSTATED * guess.known_gravity..=most;
+                    Parameter::scaled(name, "N", gravity, bounds, typical)
+                };
+                vec![gravity, signed("hanging_angle", "m", hanging)]
             }
-            (Self::Gravity, &[gravity, hanging]) => {
-                let gravity = gravity.max(0.01 * torque);
-                let hanging = signed("hanging_angle", "rad", hanging, 0.1);
-                vec![Parameter::positive("gravity_torque", "N m", gravity, 100.0), hanging]
-            }
-            (Self::Own(own), &[factor]) => {
-                let typical = if factor == 0.0 { torque } else { factor.abs() };
-                vec![signed(own.name, own.unit, factor, typical)]
-            }
+            (Self::Own(own), &[found]) => vec![signed(own.name, own.unit, found)],
             _ => Vec::new(),
         }
     }
 }
 
+/// Share of a known gravity by which it may be overstated.
+const OVERSTATED: f64 = 0.5;
+
 /// The names that a joint takes.
-const TAKES: &str = "a joint takes inertia, drag and delay; \
-    torque_constant, resistance and duty_exponent with a drive that has them; \
-    offset_torque with Term::Constant; spring_rate with Term::Spring; \
-    gravity_torque and hanging_angle with Term::Gravity; names of its own terms; \
-    coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, \
-    stribeck_velocity, stribeck_exponent, backward_ratio, micro_stiffness and micro_damping";
+const TAKES: &str = "a joint takes inertia, drag, delay; gravity_torque and hanging_angle with \
+    Term::Gravity; offset_torque, spring_rate, backward_drag, ripple_cos_1 and so on with the \
+    terms of these names; torque_constant, resistance, duty_exponent with a drive that has them; \
+    coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, stribeck_velocity, \
+    stribeck_exponent, backward_ratio, micro_stiffness and micro_damping; names of its own terms";
 
 /// What is said of a parameter beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,6 +231,7 @@ impl Said {
 #[derive(Debug, Clone, Default)]
 pub struct Joint {
     pub(super) terms: Vec<Term>,
+    units: Option<Units>,
     said: Vec<(&'static str, Said)>,
 }
 
@@ -197,6 +246,17 @@ impl Joint {
     pub fn with(mut self, term: Term) -> Self {
         self.terms.push(term);
         self
+    }
+
+    /// The units in which results are printed: those of rotation, unless others are said.
+    #[must_use]
+    pub fn in_units(self, units: Units) -> Self {
+        Self { units: Some(units), ..self }
+    }
+
+    /// The unit that takes the place of one of translation.
+    pub(super) fn unit(&self, translation: &'static str) -> &'static str {
+        self.units.unwrap_or(Units::Rotation).of(translation)
     }
 
     fn say(mut self, name: &'static str, said: Said) -> Self {
@@ -246,9 +306,9 @@ impl Joint {
         guess: &Guess,
         logs: usize,
     ) -> Result<Table, ParameterError> {
-        let mut base = vec![Parameter::positive("inertia", "kg m²", guess.inertia, 1000.0)];
+        let mut base = vec![Parameter::positive("inertia", "kg", guess.inertia, 1000.0)];
         let constants = [
-            ("torque_constant", "N m/A", guess.torque_constant),
+            ("torque_constant", "N/A", guess.torque_constant),
             ("resistance", "Ω", guess.resistance),
         ];
         for (name, unit, value) in constants {
@@ -262,7 +322,7 @@ impl Joint {
         }
         let viscous = guess.torque / guess.speed;
         let bounds = 0.0..=10.0 * viscous;
-        base.push(Parameter::scaled("drag", "N m s/rad", guess.drag, bounds, 0.1 * viscous));
+        base.push(Parameter::scaled("drag", "N s/m", guess.drag, bounds, 0.1 * viscous));
         let mut found = guess.terms.as_slice();
         for term in &self.terms {
             let (ours, others) = found.split_at_checked(term.names().len()).unwrap_or_default();
@@ -270,6 +330,7 @@ impl Joint {
             found = others;
         }
         base.extend(friction.parameters(guess));
+        let of_friction = Friction::lugre().loaded().directional().parameters(guess);
         let mut each = vec![false; base.len()];
         for &(name, said) in &self.said {
             let mut places = base.iter_mut().zip(&mut each);
@@ -279,15 +340,16 @@ impl Joint {
                     *each |= said == Said::OfEachLog;
                 }
                 // Of the friction's parameters each candidate has its own.
-                None if Friction::NAMES.contains(&name) => {}
+                None if of_friction.iter().any(|parameter| parameter.name == name) => {}
                 None => return Err(ParameterError::chosen(name, TAKES)),
             }
         }
         let searched = |p: &Parameter| p.name == "offset_torque" && p.least < p.most;
-        if friction.has_offset() && base.iter().any(searched) {
+        if friction.directional && !friction.loaded && base.iter().any(searched) {
             let rule = "a direction-dependent friction under a constant load takes its own offset";
             return Err(ParameterError::chosen("offset_torque", rule));
         }
+        base.iter_mut().for_each(|parameter| parameter.unit = self.unit(parameter.unit));
         let mut table = Table { parameters: Vec::new(), logs: Vec::new() };
         for (parameter, each) in base.into_iter().zip(each) {
             for log in 0..if each { logs } else { 1 } {
@@ -308,6 +370,18 @@ pub(super) struct Table {
 }
 
 impl Table {
+    /// Values of which those of some logs alone are the mean of the others.
+    pub(super) fn without(&self, values: Vec<f64>, out: impl Fn(usize) -> bool) -> Vec<f64> {
+        let is_out = |i: usize| self.logs[i].is_some_and(&out);
+        let mean = |i: usize| {
+            let same = |j: &usize| self.parameters[*j].name == self.parameters[i].name;
+            let others: Vec<f64> =
+                (0..values.len()).filter(|j| same(j) && !is_out(*j)).map(|j| values[j]).collect();
+            others.iter().sum::<f64>() / others.len() as f64
+        };
+        (0..values.len()).map(|i| if is_out(i) { mean(i) } else { values[i] }).collect()
+    }
+
     /// The value of a parameter for a log. Of parameters that each log has for itself a log beyond
     /// those fitted takes the mean.
     pub(super) fn value<T: Scalar>(&self, values: &[T], log: usize, name: &str) -> Option<T> {
@@ -342,13 +416,24 @@ mod tests {
 
     #[test]
     fn the_derivative_of_a_torque_is_its_slope() {
-        let terms = [(Term::Constant, vec![0.3]), (Term::Spring, vec![0.7])];
-        for (term, parameters) in terms.into_iter().chain([(Term::Gravity, vec![0.6, 0.2])]) {
-            let at = |x: f64| term.torque(&parameters, 0.1, x, 0.0);
-            let (h, [_, by_x, by_v]) = (1e-5, at(0.5));
-            let slope = (at(0.5 + h)[0] - at(0.5 - h)[0]) / (2.0 * h);
-            // h² of the cubic term, and roundings over h.
-            assert!((by_x - slope).abs() < 1e-9 && by_v == 0.0, "{term:?}: {by_x} {slope}");
+        for (term, parameters) in [
+            (Term::Gravity, vec![0.6, 0.2]),
+            (Term::constant(), vec![0.3]),
+            (Term::spring(), vec![0.7]),
+            (Term::backward_drag(), vec![0.4]),
+        ]
+        .into_iter()
+        .chain(Term::ripple(3.0).map(|term| (term, vec![0.2])))
+        {
+            for v in [0.3, -0.3] {
+                let at = |x: f64, v: f64| term.torque(&parameters, 0.1, x, v)[0];
+                let (h, [_, by_x, by_v]) = (1e-5, term.torque(&parameters, 0.1, 0.5, v));
+                let slope = (at(0.5 + h, v) - at(0.5 - h, v)) / (2.0 * h);
+                // h² of the cubic term, and roundings over h.
+                assert!((by_x - slope).abs() < 1e-8, "{term:?}: {by_x} {slope}");
+                let slope = (at(0.5, v + h) - at(0.5, v - h)) / (2.0 * h);
+                assert!((by_v - slope).abs() < 1e-8, "{term:?}: {by_v} {slope}");
+            }
         }
     }
 }

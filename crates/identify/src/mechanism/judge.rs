@@ -6,8 +6,7 @@
 //! modelled a little wrong leave a hundredth at most; a wrong sign or a missing torque leave nearly
 //! all.
 
-use super::criteria::{Criterion, segments};
-use super::log::DriveLog;
+use super::criteria::Criterion;
 use super::plant::Plant;
 use super::report::{JointFit, Score};
 use super::smooth::SmoothedLog;
@@ -26,7 +25,6 @@ const LEAST_MOTION: f64 = 0.03;
 
 /// Adds what speaks against the result.
 pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
-    let mut remarks = Vec::new();
     let unexplained = unexplained(result, logs);
     let one_load = one_load(result, logs);
     let at_bound =
@@ -44,28 +42,22 @@ pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
         }
     }
     let pendulum = result.fit.estimate("gravity_torque").is_some();
+    let mut remarks = unexplained;
+    remarks.append(&mut result.fit.remarks);
     for (number, SmoothedLog { log, .. }) in logs.iter().enumerate() {
-        let (least, most) = range(&log.position);
-        if pendulum && most - least > TURNS {
-            remarks.push(Remark::ManyTurns { log: number, range: most - least });
-        }
+        let ((least, most), count) = (range(&log.position), log.pieces().len() - 1);
+        let turns = Remark::ManyTurns { log: number, range: most - least };
+        remarks.extend((pendulum && most - least > TURNS).then_some(turns));
+        remarks.extend((count > 0).then_some(Remark::Gaps { log: number, count }));
+        remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }
-    if remarks.is_empty() {
-        remarks = unexplained;
-        remarks.append(&mut result.fit.remarks);
-        for (number, SmoothedLog { log, .. }) in logs.iter().enumerate() {
-            let count = log.pieces().len() - 1;
-            if count > 0 {
-                remarks.push(Remark::Gaps { log: number, count });
-            }
-            if log.is_saturated() {
-                remarks.push(Remark::Saturated { log: number });
-            }
-        }
-        remarks.extend(one_load);
-        remarks.extend(one_way.then_some(Remark::OffsetOrDirection));
+    remarks.extend(one_load);
+    remarks.extend(one_way.then_some(Remark::OffsetOrDirection));
+    let turns = |remark: &Remark| matches!(remark, Remark::ManyTurns { .. });
+    if remarks.iter().any(turns) {
+        // With a wrong unit nothing else that could be said means anything.
+        remarks.retain(turns);
     }
-    // With a wrong unit nothing else that could be said means anything.
     result.fit.remarks = remarks;
 }
 
@@ -75,25 +67,16 @@ fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
     if length == 0.0 {
         return Vec::new();
     }
-    let motion = |log: &DriveLog| {
-        let part = |rows: core::ops::Range<usize>| -> Vec<f64> {
-            let ours = log.position.get(rows).unwrap_or_default();
-            let mean = ours.iter().sum::<f64>() / ours.len() as f64;
-            ours.iter().map(|x| x - mean).collect()
-        };
-        let parts: Vec<_> = segments(log, length).into_iter().map(part).collect();
-        Score::of(parts.iter().flatten()).rmse
-    };
-    let motions: Vec<f64> = logs.iter().map(|smoothed| motion(smoothed.log)).collect();
-    let most = motions.iter().copied().fold(0.0, f64::max);
     let criterion = Criterion::Segments(length);
-    let errors = result.model.errors(&result.fit.values(), logs, criterion);
+    let (_, errors) = result.model.errors(&result.fit.values(), logs, criterion);
+    let motion = |score: &Score| score.rmse / score.relative;
+    let least = LEAST_MOTION * errors.iter().map(motion).fold(0.0, f64::max);
     let mut fails: Vec<(f64, Remark)> = Vec::new();
-    for (log, (&Score { rmse, .. }, &motion)) in errors.iter().skip(1).zip(&motions).enumerate() {
-        let share = rmse / motion.max(LEAST_MOTION * most);
+    for (log, score) in errors.iter().enumerate() {
+        let error = score.rmse / motion(score).max(least);
         // NaN, where the model has no answer, explains nothing.
-        if !(share <= UNEXPLAINED) {
-            fails.push((share, Remark::Unexplained { log, rmse, motion }));
+        if !(error <= UNEXPLAINED) {
+            fails.push((error, Remark::Unexplained { log, error }));
         }
     }
     fails.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -102,7 +85,7 @@ fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
 
 /// What keeps the factors of the load from being told.
 fn one_load(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Option<Remark> {
-    if !result.friction.is_loaded() {
+    if !result.friction.loaded {
         return None;
     }
     let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
@@ -114,7 +97,5 @@ fn one_load(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Option<Remark> {
             external = (external.0.min(torques.external), external.1.max(torques.external));
         }
     }
-    let modelled = !result.model.joint.terms.is_empty() || external != (0.0, 0.0);
-    let remark = if modelled { Remark::OneLoad } else { Remark::NoExternalTorque };
-    (external.1 - external.0 < ONE_LOAD * motor).then_some(remark)
+    (external.1 - external.0 < ONE_LOAD * motor).then_some(Remark::OneLoad)
 }

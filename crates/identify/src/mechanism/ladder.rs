@@ -24,14 +24,12 @@ const NEUTRAL: [(&str, [f64; 2]); 5] = [
 ];
 
 impl Friction {
-    /// The candidates from which a search begins one after the other, up to this one: Coulomb,
-    /// load, bristle, curve.
+    /// The candidates from which a search begins one after the other: Coulomb, load, bristle.
     pub(super) fn rungs(&self) -> Vec<Self> {
-        let with = |of: Self| if self.is_loaded() { of.loaded() } else { of };
+        let with = |of: Self| if self.loaded { of.loaded() } else { of };
         let rungs = [Self::coulomb(), with(Self::coulomb()), with(Self::dahl())];
         let mut rungs: Vec<_> = rungs.into_iter().filter(|rung| self.contains(rung)).collect();
         rungs.dedup();
-        rungs.push(*self);
         rungs
     }
 }

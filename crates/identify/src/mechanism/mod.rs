@@ -14,14 +14,14 @@
 //! | p, μ_b | load of the gear, friction model: [`Friction`]; see [`bristle_joint`] | N m, – |
 //! | T_c, k_m, k_e | Coulomb torque, factors of the load, with μ_d = 1 | N m, –, – |
 //!
-//! For a linear axis read m for rad, N for N m and kg for kg m².
+//! For a linear axis read m for rad, N for N m and kg for kg m²: [`Joint::in_units`] prints them.
 //!
 //! | step | what | where |
 //! |---|---|---|
 //! | 1 | columns, checked row by row | [`DriveLog`] |
 //! | 2 | the mechanism, and what is known of it | [`Joint`] |
-//! | 3 | one candidate, or several compared on logs held out | [`fit_joint`], [`compare`] |
-//! | 4 | parameters with standard errors, errors by three criteria | [`JointFit`], which prints |
+//! | 3 | one candidate, or several compared by logs left out | [`fit_joint`], [`compare`] |
+//! | 4 | parameters with standard errors, errors by two criteria | [`JointFit`], which prints |
 //! | 5 | friction and joint for simulations and control | [`JointModel`] |
 //!
 //! ```
@@ -79,8 +79,9 @@
 //! let near = |name: &str, truth: f64| (fit.value(name).unwrap() / truth - 1.0).abs() < 0.05;
 //! assert!(near("inertia", 0.008) && near("coulomb_torque", 0.05));
 //! assert!(near("motor_load_factor", 0.2) && near("external_load_factor", 0.1));
-//! let gear = fit.model()?.gear()?; // for `GearedJoint`, or steps of your own
-//! # let _ = gear;
+//! let model = fit.model()?;
+//! let (gear, external) = (model.gear()?, model.external(&joint)?); // for a `GearedJoint`
+//! # let _ = (gear, external);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -97,7 +98,9 @@
 //! | `delay` \[s\] | not there: [`DriveLogParameters::delay`] | [`Joint::start`] |
 //! | `torque_constant`, `resistance` | those of `VoltageMotorParameters` | [`Drive`] |
 //! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not there | [`Drive::Duty`] |
-//! | `offset_torque`, `spring_rate` | not there | [`Term::Constant`], [`Term::Spring`] |
+//! | `offset_torque`, `spring_rate` | [`ExternalTorque`] | [`Term::constant`], [`Term::spring`] |
+//! | `backward_drag` | [`ExternalTorque`] | [`Term::backward_drag`] |
+//! | `ripple_cos_1`, `ripple_sin_1`, … | [`ExternalTorque`] | [`Term::ripple`] |
 //! | `gravity_torque` | `Gravity::horizontal_torque` | [`Term::Gravity`] |
 //! | `hanging_angle` | `Gravity::hanging_angle` | [`Term::Gravity`] |
 //! | `coulomb_torque` | `TorqueLoadParameters::idle_load` · μ_d | every [`Friction`] |
@@ -105,7 +108,7 @@
 //! | `external_load_factor` | `TorqueLoadParameters::external_share` · μ_d | [`Friction::loaded`] |
 //! | `breakaway_excess` | μ_s/μ_d − 1 | Stribeck, FrBD, LuGre |
 //! | `stribeck_velocity` | `StribeckParameters::stribeck_velocity` | Stribeck, FrBD, LuGre |
-//! | `stribeck_exponent` | `StribeckParameters::stribeck_exponent`: 2, unless known, or started elsewhere | Stribeck, FrBD, LuGre |
+//! | `stribeck_exponent` | `StribeckParameters::stribeck_exponent`: 2, [1](Friction::exponential), known or started elsewhere | Stribeck, FrBD, LuGre |
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
 //! | `micro_stiffness` | σ0 of the bristle, over μ_d, at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
 //! | `micro_damping` | σ1 of the bristle, over μ_d, likewise | FrBD, LuGre |
@@ -118,9 +121,9 @@
 //! | segments | position, simulated over segments from the measured motion | the way |
 //! | simulated | position over whole logs | the end, and what a simulator needs |
 //!
-//! All three are reported, also on logs held out. A search goes through the inverse criterion and
-//! segments of growing length ([`Settings::horizons`]). Where the position over a segment depends
-//! on the parameters too much, as in stick-slip, segments end earlier, and a
+//! The first and the last are reported, also on logs held out. A search goes through the inverse
+//! criterion and segments of growing length ([`Settings::horizons`]). Where the position over a
+//! segment depends on the parameters too much, as in stick-slip, segments end earlier, and a
 //! [remark](crate::Remark) says so.
 //!
 //! Where the errors of the position exceed a third of the standard deviation of the motion, the
@@ -169,4 +172,4 @@ pub use fit::{Progress, Settings, fit_joint};
 pub use friction::Friction;
 pub use joint::{Joint, OwnTerm, Term};
 pub use log::{Drive, DriveLog, DriveLogParameters, KnownLoad};
-pub use report::{ExpectedError, GroupScores, JointFit, JointModel, Score, Scores};
+pub use report::{ExpectedError, ExternalTorque, GroupScores, JointFit, JointModel, Score, Scores};

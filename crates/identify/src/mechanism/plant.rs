@@ -171,37 +171,19 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// Torque of all terms and a measured one.
     #[inline]
     fn external(&self, measured: f64, x: T, v: T) -> Torque<T> {
-        let zero = T::zero();
-        let (mut sum, mut rest) = ([lit(measured), zero, zero], self.terms.as_slice());
-        for term in &self.model.joint.terms {
-            let (ours, others) = rest.split_at_checked(term.names().len()).unwrap_or_default();
-            let torque = term.torque(ours, self.log.load.gravity_torque, x, v);
-            for (sum, part) in sum.iter_mut().zip(torque) {
-                *sum += part;
-            }
-            rest = others;
-        }
-        sum
+        let known = self.log.load.gravity_torque;
+        let [sum, by_x, by_v] = Term::sum(&self.model.joint.terms, &self.terms, known, x, v);
+        [sum + lit(measured), by_x, by_v]
     }
 
     /// Motor torque and external torque of a smoothed row.
     pub(super) fn measured(&self, row: &Smoothed) -> GearTorques<T> {
         let (x, v): (T, T) = (lit(row.position), lit(row.velocity));
         let effort = self.effort(row);
-        let effort = match (&self.log.source, row.supply > 0.0) {
-            (Source::Duty { .. }, true) => {
-                let supply = lit::<T>(row.supply);
-                supply * self.effective(effort / supply).0
-            }
-            _ => effort,
-        };
-        let motor = match self.log.source {
-            Source::Torque => effort,
-            Source::Current => self.constant * effort,
-            Source::Voltage | Source::Duty { .. } => {
-                self.gain * (effort - lit::<T>(row.enabled) * self.constant * v)
-            }
-        };
+        let supply = lit::<T>(row.supply);
+        let is_duty = row.supply > 0.0;
+        let effort = if is_duty { supply * self.effective(effort / supply).0 } else { effort };
+        let motor = self.driven(effort, T::zero(), lit::<T>(row.enabled) * v)[0];
         GearTorques { motor, external: self.external(row.external, x, v)[0] }
     }
 

@@ -1,16 +1,17 @@
 //! The result of a fit, and the model that the crate runs.
 
 use core::fmt;
+use std::collections::BTreeMap;
 
 use super::criteria::{Criterion, Errors};
 use super::friction::{Friction, Gear, GearParameters};
-use super::joint::Model;
+use super::joint::{Joint, Model, Term};
 use super::log::{DriveLog, Source};
 use super::smooth::{SmoothedLog, smooth};
 use crate::Fit;
 use bristle::number::Number;
 use bristle::parameter::{Named, ParameterError};
-use bristle_joint::{GearFriction, Gravity};
+use bristle_joint::{GearFriction, JointInput, JointInputValue, JointMotion};
 
 /// Errors by one criterion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,25 +20,27 @@ pub struct Score {
     pub rmse: f64,
     /// Mean size.
     pub mean_absolute: f64,
+    /// Root mean square over that of the torque of the motor, of positions over the standard
+    /// deviation of the motion \[–\].
+    pub relative: f64,
 }
 
 impl Score {
-    /// Of residuals; NaN where there is none.
-    pub(super) fn of<'a>(residuals: impl Iterator<Item = &'a f64> + Clone) -> Self {
+    /// Of residuals, and of the sum of squares to which they are compared; NaN where there is none.
+    fn of<'a>(residuals: impl Iterator<Item = &'a f64> + Clone, whole: f64) -> Self {
         let count = residuals.clone().count() as f64;
         let squares: f64 = residuals.clone().map(|r| r * r).sum();
         let sizes: f64 = residuals.map(|r| r.abs()).sum();
-        Self { rmse: (squares / count).sqrt(), mean_absolute: sizes / count }
+        let relative = (squares / whole).sqrt();
+        Self { rmse: (squares / count).sqrt(), mean_absolute: sizes / count, relative }
     }
 }
 
-/// Errors by all three criteria.
+/// Errors by two criteria.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scores {
     /// Of the equation of motion [N m].
     pub inverse: Score,
-    /// Of the position over segments \[rad\].
-    pub segments: Score,
     /// Of the position over whole logs \[rad\].
     pub simulated: Score,
 }
@@ -77,8 +80,6 @@ pub struct JointFit {
     /// fitted. Empty where the lengths were given, or no drive is noisy: the last ones are then
     /// whole logs.
     pub expected: Vec<ExpectedError>,
-    /// Length of the segments of the reported criterion \[s\].
-    pub segment: f64,
     /// Errors on the logs that were fitted.
     pub fitted: GroupScores,
     /// Errors on the logs held out.
@@ -101,30 +102,27 @@ impl Model {
         values: &[f64],
         logs: &[SmoothedLog<'_>],
         criterion: Criterion,
-    ) -> Vec<Score> {
-        let parts = Errors::new(self, logs, criterion).by_log(values);
-        let parts = parts.unwrap_or_else(|_| vec![Vec::new(); logs.len()]);
-        let all = Score::of(parts.iter().flatten().flatten());
-        let each = parts.iter().map(|ours| Score::of(ours.iter().flatten()));
-        core::iter::once(all).chain(each).collect()
+    ) -> (Score, Vec<Score>) {
+        let errors = Errors::new(self, logs, criterion);
+        let parts = errors.by_log(values).unwrap_or_else(|_| vec![Vec::new(); logs.len()]);
+        let wholes = logs.iter().enumerate().map(|(i, log)| errors.whole(i, log, values));
+        let all = Score::of(parts.iter().flatten(), wholes.clone().sum());
+        let each = parts.iter().zip(wholes).map(|(ours, whole)| Score::of(ours.iter(), whole));
+        (all, each.collect())
     }
 
-    /// Errors by all three criteria, with segments of a length.
+    /// Errors by both criteria.
     pub(super) fn scores(
         &self,
         values: &[f64],
         logs: &[SmoothedLog<'_>],
-        segment: f64,
     ) -> Result<GroupScores, ParameterError> {
         self.check(logs)?;
-        let segments = [segment, f64::INFINITY].map(Criterion::Segments);
-        let by = [Criterion::Inverse, segments[0], segments[1]];
-        let by = by.map(|criterion| self.errors(values, logs, criterion));
-        let scores = |row: usize| {
-            let [inverse, segments, simulated] = by.each_ref().map(|scores| scores[row]);
-            Scores { inverse, segments, simulated }
-        };
-        Ok(GroupScores { all: scores(0), each: (1..=logs.len()).map(scores).collect() })
+        let by = [Criterion::Inverse, Criterion::Segments(f64::INFINITY)];
+        let [inverse, simulated] = by.map(|criterion| self.errors(values, logs, criterion));
+        let both = |(inverse, simulated)| Scores { inverse, simulated };
+        let each = inverse.1.into_iter().zip(simulated.1).map(both);
+        Ok(GroupScores { all: both((inverse.0, simulated.0)), each: each.collect() })
     }
 
     /// Refuses logs of a drive whose constants are not among the parameters.
@@ -163,44 +161,55 @@ impl JointFit {
     /// Refuses a log of a drive that the fit has no constants of, and a simulation that is not
     /// finite.
     pub fn simulate(&self, log: &DriveLog) -> Result<Vec<f64>, ParameterError> {
+        let errors = self.residuals(log, Criterion::Segments(f64::INFINITY))?;
+        let rows = log.position.iter().zip(errors).enumerate();
+        let checked = rows.map(|(row, (position, error))| {
+            let sum = Named("simulated position", position + error).finite();
+            ParameterError::of_component(row, sum)
+        });
+        checked.collect()
+    }
+
+    /// What is left of the equation of motion at every row of a log [N m], from its smoothed
+    /// derivatives.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a log of a drive that the fit has no constants of.
+    pub fn torque_errors(&self, log: &DriveLog) -> Result<Vec<f64>, ParameterError> {
+        self.residuals(log, Criterion::Inverse)
+    }
+
+    /// Residuals row by row; zero at the first row of a simulation.
+    fn residuals(&self, log: &DriveLog, by: Criterion) -> Result<Vec<f64>, ParameterError> {
         let smoothed = [smooth(log)];
         self.model.check(&smoothed)?;
-        let mut positions = log.position.clone();
-        let whole = Errors::new(&self.model, &smoothed, Criterion::Segments(f64::INFINITY));
-        let parts = whole.by_log(&self.fit.values())?;
+        let errors = Errors::new(&self.model, &smoothed, by).by_log(&self.fit.values())?;
+        let mut errors = errors.into_iter().flatten();
+        let (mut rows, first) = (vec![0.0; log.time.len()], usize::from(by != Criterion::Inverse));
         let pieces = log.pieces().into_iter().filter(|piece| piece.len() > 1);
-        for (piece, errors) in pieces.zip(parts.iter().flatten()) {
-            for (row, &error) in piece.skip(1).zip(errors) {
-                ParameterError::of_component(row, Named("simulated position", error).finite())?;
-                positions.iter_mut().skip(row).take(1).for_each(|x| *x += error);
-            }
+        for row in pieces.flat_map(|piece| piece.skip(first)) {
+            rows[row] = errors.next().unwrap_or(f64::NAN);
         }
-        Ok(positions)
+        Ok(rows)
     }
 
     /// The joint with these parameters, for simulations and control. Parameters that each log has
-    /// for itself are their means; terms of your own are not in it.
+    /// for itself are their means.
     ///
     /// # Errors
     ///
     /// None for the parameters that were found.
     pub fn model(&self) -> Result<JointModel, ParameterError> {
-        let of = |name| self.value(name).unwrap_or(0.0);
-        Ok(JointModel {
-            inertia: of("inertia"),
-            torque_constant: self.value("torque_constant"),
-            resistance: self.value("resistance"),
-            duty_exponent: self.value("duty_exponent"),
-            gravity: self.value("gravity_torque").map(|horizontal_torque| Gravity {
-                horizontal_torque,
-                hanging_angle: of("hanging_angle"),
-            }),
-            offset_torque: of("offset_torque"),
-            spring_rate: of("spring_rate"),
-            gear: self.friction.gear(|name| self.value(name), self.model.fastest)?,
-        })
+        let names = self.model.joint.terms.iter().flat_map(Term::names).chain(&OF_JOINT);
+        let found = names.filter_map(|&name| Some((name.to_owned(), self.value(name)?)));
+        let gear = self.friction.gear(|name| self.value(name), self.model.fastest)?;
+        Ok(JointModel { parameters: found.collect(), gear })
     }
 }
+
+/// Parameters of the joint beside those of terms and gear.
+const OF_JOINT: [&str; 5] = ["inertia", "torque_constant", "resistance", "duty_exponent", "delay"];
 
 /// A joint as it was identified. What logs [know](super::KnownLoad) of their loads is not in it.
 ///
@@ -209,20 +218,9 @@ impl JointFit {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct JointModel {
-    /// Moment of inertia [kg m²].
-    pub inertia: f64,
-    /// Torque constant [N m/A], if the drive has one.
-    pub torque_constant: Option<f64>,
-    /// Resistance \[Ω\], if the drive has one.
-    pub resistance: Option<f64>,
-    /// Exponent of the duty \[–\], if it was searched.
-    pub duty_exponent: Option<f64>,
-    /// Gravity, if the joint has that term.
-    pub gravity: Option<Gravity<f64>>,
-    /// Constant torque on the load side [N m].
-    pub offset_torque: f64,
-    /// Rate of a spring on the load side [N m/rad].
-    pub spring_rate: f64,
+    /// Values by the [names](super#names-of-the-parameters) of all parameters but those of the
+    /// gear, with those of your own terms.
+    pub parameters: BTreeMap<String, f64>,
     /// Friction and drag of the gear.
     pub gear: GearParameters<f64>,
 }
@@ -237,17 +235,56 @@ impl JointModel {
     pub fn gear(&self) -> Result<Gear<f64>, ParameterError> {
         GearFriction::new(self.gear.clone())
     }
+
+    /// The torques of all terms, the external torque of a
+    /// [`GearedJoint`](bristle_joint::GearedJoint). A file has their parameters, and the joint
+    /// their functions.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a joint without exactly the terms of this model.
+    pub fn external(&self, joint: &Joint) -> Result<ExternalTorque, ParameterError> {
+        let value = |&name: &&'static str| {
+            let found = self.parameters.get(name).copied();
+            found.ok_or_else(|| ParameterError::chosen(name, "a model has the terms of its fit"))
+        };
+        let names = joint.terms.iter().flat_map(Term::names);
+        let values = names.map(value).collect::<Result<Vec<_>, _>>()?;
+        let of_terms = self.parameters.keys().filter(|name| !OF_JOINT.contains(&name.as_str()));
+        Named("parameters of terms", values.len()).count(of_terms.count())?;
+        Ok(ExternalTorque { terms: joint.terms.clone(), values })
+    }
+}
+
+/// The torques of the terms of a joint as they were found, from [`JointModel::external`].
+#[derive(Debug, Clone)]
+pub struct ExternalTorque {
+    terms: Vec<Term>,
+    values: Vec<f64>,
+}
+
+impl JointInput<f64> for ExternalTorque {
+    fn at(&self, JointMotion { angle, velocity, .. }: JointMotion<f64>) -> JointInputValue<f64> {
+        let sum = Term::sum(&self.terms, &self.values, 0.0, angle, velocity);
+        let [value, by_angle, by_velocity] = sum;
+        JointInputValue { by_angle, by_velocity, ..JointInputValue::constant(value) }
+    }
+}
+
+/// What a length of segments is called.
+pub(super) fn over(length: f64) -> String {
+    match length {
+        f64::INFINITY => "whole logs".into(),
+        0.0 => "torques".into(),
+        length => format!("{:.3} s", Number(length)),
+    }
 }
 
 impl fmt::Display for JointFit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "friction: {}", self.friction)?;
         writeln!(f, "{}", self.fit)?;
-        match self.horizon {
-            f64::INFINITY => write!(f, "fitted: positions of whole logs")?,
-            0.0 => write!(f, "fitted: torques")?,
-            _ => write!(f, "fitted: positions over segments of {:.3} s", Number(self.horizon))?,
-        }
+        write!(f, "fitted over {}", over(self.horizon))?;
         let Self { gradient_runs, run_limit, .. } = self;
         write!(f, ", {gradient_runs} runs with derivatives of at most {run_limit}, best ")?;
         match self.origin {
@@ -257,33 +294,27 @@ impl fmt::Display for JointFit {
         if !self.expected.is_empty() {
             write!(f, "by the noise of drive and position, relative standard errors over")?;
             for ExpectedError { length, ratio } in &self.expected {
-                match length {
-                    &f64::INFINITY => write!(f, " whole logs {:.3},", Number(*ratio))?,
-                    _ => write!(f, " {:.3} s {:.3},", Number(*length), Number(*ratio))?,
-                }
+                write!(f, " {} {:.3},", over(*length), Number(*ratio))?;
             }
             writeln!(f, " the longest that is nearly the least is fitted")?;
         }
-        let segment = Number(self.segment);
-        write!(f, "rmse (mean size)  torque [N m]       {segment:.3} s [rad] ")?;
-        writeln!(f, "    whole logs [rad]")?;
-        let mut row = |name: &str, scores: &Scores| {
-            write!(f, "{name:15}")?;
-            for score in [scores.inverse, scores.segments, scores.simulated] {
-                let (rmse, mean) = (Number(score.rmse), Number(score.mean_absolute));
-                write!(f, " {rmse:>9.4} ({mean:>8.4})")?;
-            }
-            writeln!(f)
-        };
+        let [torque, length] = ["N", "m"].map(|unit| self.model.joint.unit(unit));
+        writeln!(f, "rmse (mean size, relative)  {torque:26} {length}, whole logs")?;
         let groups = [("fitted", Some(&self.fitted)), ("held out", self.held_out.as_ref())];
-        for (name, GroupScores { all, each }) in
-            groups.into_iter().filter_map(|(name, group)| Some((name, group?)))
-        {
-            row(name, all)?;
-            for (number, scores) in each.iter().enumerate().filter(|_| each.len() > 1) {
-                row(&format!("  log {number}"), scores)?;
+        for (name, group) in groups {
+            let Some(GroupScores { all, each }) = group else { continue };
+            writeln!(f, "{name:27} {:26} {}", all.inverse, all.simulated)?;
+            for (log, scores) in each.iter().enumerate().filter(|_| each.len() > 1) {
+                writeln!(f, "  log {log:<21} {:26} {}", scores.inverse, scores.simulated)?;
             }
         }
         Ok(())
+    }
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (rmse, mean) = (Number(self.rmse), Number(self.mean_absolute));
+        f.pad(&format!("{rmse:.3} ({mean:.3}, {:.1} %)", 100.0 * self.relative))
     }
 }

@@ -2,16 +2,32 @@
 //!
 //! τ_m + τ_known = J v̇ + B v + T_c sgn v − Σ θᵢ φᵢ(x, v)
 //!
-//! over all rows that move at a tenth of the usual speed at least.
+//! over rows that move at a tenth of the usual speed at least.
 
-use nalgebra::DVector;
+use core::f64::consts::{PI, TAU};
+use core::ops::ControlFlow;
 
-use super::joint::{Joint, Term};
+use super::friction::Friction;
+use super::joint::{Joint, Model, Term};
 use super::log::{DriveLog, Source};
+use super::plant::Plant;
 use super::smooth::{Smoothed, SmoothedLog};
+use crate::least_squares::minimise;
 use crate::log::range;
-use crate::triangle::Triangle;
+use crate::problem::Objective;
+use crate::{Fit, SearchProgress, SearchSettings};
+use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
+use bristle::scalar::lit;
+
+/// Hanging angles from which is searched, around the circle.
+const ANGLES: usize = 6;
+/// Most runs with derivatives from each.
+const RUNS: usize = 6;
+/// Share of the usual inertia and friction that is nothing.
+const NOTHING: f64 = 0.01;
+/// Most rows: neighbours tell the same.
+const MOST_ROWS: usize = 2000;
 
 /// Values around which the parameters are searched.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +41,10 @@ pub(super) struct Guess {
     pub(super) duty_exponent: bool,
     /// Time from row to row \[s\], if a delay is searched.
     pub(super) delay: Option<f64>,
-    /// Those of the terms, in their order.
-    pub(super) terms: Vec<f64>,
+    /// Largest gravity that logs know.
+    pub(super) known_gravity: f64,
+    /// Those of the terms in their order, and how large they usually are.
+    pub(super) terms: Vec<(f64, f64)>,
     /// Largest torque of the motor.
     pub(super) torque: f64,
     /// Range of positions.
@@ -34,17 +52,6 @@ pub(super) struct Guess {
     /// Root mean square and largest size of the velocity.
     pub(super) speed: f64,
     pub(super) fastest: f64,
-}
-
-/// The motor torque of a smoothed row.
-fn motor(log: &DriveLog, row: &Smoothed, constant: f64, resistance: f64) -> f64 {
-    match log.source {
-        Source::Torque => row.effort[0],
-        Source::Current => constant * row.effort[0],
-        Source::Voltage | Source::Duty { .. } => {
-            constant * (row.effort[0] - row.enabled * constant * row.velocity) / resistance
-        }
-    }
 }
 
 /// A constant of the motor, if the drive needs it.
@@ -66,171 +73,126 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
     let (k, r) = (torque_constant.unwrap_or(1.0), resistance.unwrap_or(1.0));
 
     // How large motion and torques are.
-    let rows = || logs.iter().flat_map(|one| one.rows.iter().map(move |row| (one.log, row)));
+    let rows = || logs.iter().flat_map(|one| &one.rows);
     let count = rows().count().max(1) as f64;
-    let speed = (rows().map(|(_, row)| row.velocity * row.velocity).sum::<f64>() / count).sqrt();
-    let fastest = rows().fold(0.0, |most, (_, row)| f64::max(most, row.velocity.abs()));
-    let torque = rows().fold(0.0, |most, (log, row)| f64::max(most, motor(log, row, k, r).abs()));
-    let swing = rows().map(|(_, row)| row.acceleration * row.acceleration).sum::<f64>() / count;
+    let speed = (rows().map(|row| row.velocity * row.velocity).sum::<f64>() / count).sqrt();
+    let fastest = rows().fold(0.0, |most, row| f64::max(most, row.velocity.abs()));
+    let torque = rows().fold(0.0, |most, row| f64::max(most, (row.effort[0] * k / r).abs()));
+    let swing = rows().map(|row| row.acceleration * row.acceleration).sum::<f64>() / count;
     let largest = |of: fn(&DriveLog) -> f64| logs.iter().map(|one| of(one.log)).fold(0.0, f64::max);
     let span = largest(|log| {
         let (least, most) = range(&log.position);
         most - least
     });
-    let known_torque = largest(|log| log.load.gravity_torque.abs());
-    let size = torque.max(known_torque).max(joint.given("gravity_torque").map_or(0.0, |g| g.0));
+    let known_gravity = largest(|log| log.load.gravity_torque.abs());
+    let size = torque.max(known_gravity).max(joint.given("gravity_torque").map_or(0.0, |g| g.0));
     Named("the largest torque of the drives", size).positive()?;
 
-    let equation = Equation::new(joint);
-    let moving: Vec<_> = (rows().filter(|(_, row)| row.velocity.abs() >= 0.1 * speed))
-        .map(|(log, row)| equation.row(log, row, motor(log, row, k, r)))
-        .collect();
-    Named("rows that move", moving.len()).count(equation.width() + 1)?;
-    let ([inertia, drag, coulomb], terms) = equation.best(&moving);
-    // Of a drive with the wrong sign, inertia and friction both come out negative.
-    let rule = "be positive: does the drive have the sign of the position, and both SI units?";
-    let loads = logs.iter().map(|one| one.log.load.inertia).sum::<f64>() / logs.len().max(1) as f64;
-    let total = inertia + loads;
-    Named("inertia", total).stated(total > 0.0 || coulomb > 0.0, rule)?;
-    Ok(Guess {
-        inertia: inertia.max(1e-3 * size / swing.sqrt().max(f64::MIN_POSITIVE)),
-        drag: drag.max(0.0),
-        coulomb: coulomb.max(0.02 * size),
+    let largest_of = |term: &Term| {
+        let torque = |row: &Smoothed| term.torque(&[1.0], 0.0, row.position, row.velocity)[0].abs();
+        rows().map(torque).fold(0.0, f64::max)
+    };
+    let part = 0.1 * size;
+    let terms = joint.terms.iter().flat_map(|term| match term {
+        Term::Gravity if known_gravity > 0.0 => vec![(0.0, part), (PI, 0.1)],
+        Term::Gravity => vec![(3.0 * part, part), (PI, 0.1)],
+        Term::Own(_) => vec![(0.0, part / largest_of(term).max(f64::MIN_POSITIVE))],
+    });
+    let sizes = Guess {
+        inertia: size / swing.sqrt().max(f64::MIN_POSITIVE),
+        drag: 0.0,
+        coulomb: part,
         torque_constant,
         resistance,
         duty_exponent: joint.given("duty_exponent").is_some()
             && any(|source| matches!(source, Source::Duty { .. })),
         delay: joint.given("delay").map(|_| largest(DriveLog::usual_step)),
-        terms,
+        known_gravity,
+        terms: terms.collect(),
         torque: size,
         range: span,
         speed,
         fastest,
-    })
+    };
+    refine(joint, logs, sizes)
 }
 
-/// A row of the equation without gravity.
-struct Row {
-    entries: DVector<f64>,
-    right: f64,
-    position: f64,
-    /// Gravity that is known [N m].
-    gravity: f64,
-}
-
-/// The equation of motion with columns for inertia, drag and Coulomb friction, and one for each
-/// term, at a hanging angle.
-struct Equation<'a> {
-    terms: &'a [Term],
-    /// Inertia, drag and Coulomb torque, where they are known.
-    known: [Option<f64>; 3],
-    gravity: Option<f64>,
-    hanging: Option<f64>,
-}
-
-/// Hanging angles that are tried, around the circle: every 10°.
-const ANGLES: usize = 36;
-/// Halvings of 10° about the best of them, down to a ten-thousandth of a radian.
-const HALVINGS: usize = 11;
-
-impl<'a> Equation<'a> {
-    fn new(joint: &'a Joint) -> Self {
-        let known =
-            |name: &str| joint.given(name).filter(|(_, known)| *known).map(|(value, _)| value);
-        Self {
-            terms: &joint.terms,
-            known: ["inertia", "drag", "coulomb_torque"].map(known),
-            gravity: known("gravity_torque"),
-            hanging: known("hanging_angle"),
+/// The least squares of the equation of motion, from sizes.
+fn refine(
+    joint: &Joint,
+    logs: &[SmoothedLog<'_>],
+    mut guess: Guess,
+) -> Result<Guess, ParameterError> {
+    let friction = Friction::coulomb();
+    let table = joint.table(&friction, &guess, logs.len())?;
+    let fastest = guess.fastest;
+    let model = Model { joint: joint.clone(), friction, table, fastest, step: f64::INFINITY };
+    let slowest = 0.1 * guess.speed;
+    let rows = || logs.iter().flat_map(|one| &one.rows);
+    let moving = rows().filter(|row| row.velocity.abs() >= slowest).count();
+    let mut parameters = model.table.parameters.clone();
+    Named("rows that move", moving).count(parameters.len() + 1)?;
+    let every = rows().count().div_ceil(MOST_ROWS);
+    let moving = Moving { model: &model, logs, slowest, every };
+    let own = ["inertia", "drag", "coulomb_torque"];
+    let names = || joint.terms.iter().flat_map(Term::names).copied();
+    for parameter in &mut parameters {
+        if !names().chain(own).any(|name| name == parameter.name) {
+            (parameter.least, parameter.most) = (parameter.start, parameter.start);
         }
     }
-
-    fn width(&self) -> usize {
-        3 + self.terms.len()
+    let is_angle = |name| name == "hanging_angle" && joint.given(name).is_none();
+    let angles = if names().any(is_angle) { ANGLES } else { 1 };
+    let settings = SearchSettings { iterations: RUNS, tolerance: 1e-3, starts: 1 };
+    let mut best: Option<(f64, Fit)> = None;
+    for number in 0..angles {
+        for parameter in parameters.iter_mut().filter(|parameter| is_angle(parameter.name)) {
+            parameter.start = TAU * (number as f64 / ANGLES as f64 - 0.5);
+        }
+        let mut go_on = |_: &SearchProgress<'_>| ControlFlow::Continue(());
+        let fit = minimise(&moving, &parameters, &settings, &mut go_on)?;
+        let cost = moving.cost(&fit.values());
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, fit));
+        }
     }
+    let Some((_, fit)) = best else { return Ok(guess) };
+    let value = |name: &str| model.table.value(&fit.values(), usize::MAX, name).unwrap_or(0.0);
+    // Of a drive with the wrong sign, neither inertia nor friction is left.
+    let left = (value("inertia") / guess.inertia).max(value("coulomb_torque") / guess.coulomb);
+    let rule = "be positive: does the drive have the sign of the position, and both SI units?";
+    Named("inertia", value("inertia")).stated(left > NOTHING, rule)?;
+    guess.terms.iter_mut().zip(names()).for_each(|(found, name)| found.0 = value(name));
+    let coulomb = value("coulomb_torque").max(0.02 * guess.torque);
+    Ok(Guess { inertia: value("inertia"), drag: value("drag"), coulomb, ..guess })
+}
 
-    /// The least squares over all hanging angles: gravity of a load that is known may exceed that
-    /// of the link by far, so that no equation that is linear in both tells the angle.
-    fn best(&self, rows: &[Row]) -> ([f64; 3], Vec<f64>) {
-        let has_gravity = self.terms.iter().any(|term| matches!(term, Term::Gravity));
-        let mut angle = self.hanging.unwrap_or(0.0);
-        if has_gravity && self.hanging.is_none() {
-            let mut step = core::f64::consts::TAU / ANGLES as f64;
-            let squares = |angle: f64| self.solve(rows, angle).0;
-            let mut least = (f64::INFINITY, angle);
-            let mut attempt = |angle: f64| {
-                let reached = squares(angle);
-                if reached < least.0 {
-                    least = (reached, angle);
+/// The equation of motion along rows that move.
+struct Moving<'a> {
+    model: &'a Model,
+    logs: &'a [SmoothedLog<'a>],
+    /// Least speed [rad/s].
+    slowest: f64,
+    /// Every so many rows count.
+    every: usize,
+}
+
+impl Objective for Moving<'_> {
+    fn evaluate<T: Scalar>(
+        &self,
+        values: &[T],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        for (number, smoothed) in self.logs.iter().enumerate() {
+            let plant = Plant::new(self.model, smoothed, number, values)?;
+            let coulomb = self.model.table.value(values, number, "coulomb_torque");
+            let coulomb = coulomb.unwrap_or_else(T::nan);
+            for row in smoothed.rows.iter().step_by(self.every) {
+                if row.velocity.abs() >= self.slowest {
+                    each(plant.remaining(row) - coulomb * lit(row.velocity.signum()));
                 }
-                least.1
-            };
-            for i in 0..ANGLES {
-                angle = attempt((i as f64 - 0.5 * (ANGLES - 2) as f64) * step);
-            }
-            for _ in 0..HALVINGS {
-                step *= 0.5;
-                let middle = angle;
-                attempt(middle - step);
-                angle = attempt(middle + step);
             }
         }
-        let (_, found) = self.solve(rows, angle);
-        let first = core::array::from_fn(|i| self.known[i].unwrap_or(found[i]));
-        let terms = self.terms.iter().zip(found.iter().skip(3)).flat_map(|(term, &value)| {
-            let gravity = [self.gravity.unwrap_or(value), angle];
-            let found = if let Term::Gravity = term { gravity } else { [value, 0.0] };
-            found.into_iter().take(term.names().len())
-        });
-        (first, terms.collect())
-    }
-
-    /// What remains of all rows at a hanging angle [(N m)²], and the values of the columns. The
-    /// link's own gravity pulls down.
-    fn solve(&self, rows: &[Row], hanging: f64) -> (f64, DVector<f64>) {
-        let (mut triangle, mut squares) = (Triangle::new(self.width()), 0.0);
-        let gravity = self.terms.iter().position(|term| matches!(term, Term::Gravity));
-        for row in rows {
-            let (mut entries, mut right) = (row.entries.clone(), row.right);
-            if let Some(place) = gravity {
-                let sin = (row.position - hanging).sin();
-                right -= row.gravity * sin;
-                entries[3 + place] = if self.gravity.is_some() { 0.0 } else { sin };
-            }
-            triangle.push(&mut entries, right);
-            squares += right * right;
-        }
-        let mut free = vec![true; self.width()];
-        for (free, known) in free.iter_mut().zip(&self.known) {
-            *free = known.is_none();
-        }
-        let diagonal = triangle.column_norms() * 1e-6;
-        let mut found = triangle.damped(&diagonal, &free);
-        if let Some(place) = gravity.filter(|place| found[3 + place] < 0.0) {
-            free[3 + place] = false;
-            found = triangle.damped(&diagonal, &free);
-        }
-        let explained = 2.0 * found.dot(&triangle.gradient()) - triangle.image_squared(&found);
-        (squares - explained, found)
-    }
-
-    fn row(&self, log: &DriveLog, row: &Smoothed, motor: f64) -> Row {
-        let &Smoothed { position, velocity, acceleration, external, .. } = row;
-        let mut entries = DVector::zeros(self.width());
-        let mut right = motor + external - log.load.inertia * acceleration;
-        let first = [acceleration, velocity, velocity.signum()];
-        for (i, (entry, known)) in first.into_iter().zip(self.known).enumerate() {
-            match known {
-                Some(value) => right -= value * entry,
-                None => entries[i] = entry,
-            }
-        }
-        for (i, term) in (3..).zip(self.terms) {
-            if !matches!(term, Term::Gravity) {
-                entries[i] = -term.torque(&[1.0], 0.0, position, velocity)[0];
-            }
-        }
-        let gravity = self.gravity.unwrap_or(0.0) + log.load.gravity_torque;
-        Row { entries, right, position, gravity }
+        Ok(())
     }
 }

@@ -1,7 +1,10 @@
 //! Many contacts in one mechanism: reference motion, energy, structures, refusals.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
+mod arm;
+mod elastic_joint;
 mod energy;
+mod gradient;
 mod reference;
 mod refusals;
 mod structures;

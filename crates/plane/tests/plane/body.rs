@@ -2,31 +2,28 @@
 //! should.
 #![cfg(feature = "alloc")]
 
+use bristle::Mechanism;
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{
     self, DormandPrince, DormandPrince8, Output, Rodas5P, Solver, System, Tolerances,
 };
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Mechanism, paper};
-use bristle_plane::{Axis, PlaneBristle, PlaneCompanion, PlaneFrBd};
-use bristle_plane::{PlaneBody, PlaneBodyParameters};
+use bristle_plane::{
+    Axis, PlaneBody, PlaneBodyParameters, PlaneBristle, PlaneCompanion, PlaneFrBd,
+};
 use nalgebra::{SVector, Vector2, Vector3};
 
 use bristle_specimens::assert_within;
+use bristle_specimens::specimens::{kelvin_voigt, table_2_bristle, table_2_curve};
 
 type Model<const N: usize> = PlaneFrBd<Stribeck<f64>, f64, N>;
 
-fn bristle(micro_stiffness: f64, micro_damping: f64) -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping }).unwrap()
-}
-
 /// The pulled block: Table 2, with six tenths of the friction across.
 fn pulled() -> Model<2> {
-    let axes =
-        [1.0, 0.6].map(|friction_ratio| Axis { friction_ratio, bristle: bristle(1e4, 64.5) });
-    PlaneFrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), axes).unwrap()
+    let bristle = table_2_bristle();
+    let axes = [1.0, 0.6].map(|friction_ratio| Axis { friction_ratio, bristle });
+    PlaneFrBd::new(table_2_curve(), axes).unwrap()
 }
 
 /// The spinning block.
@@ -38,7 +35,7 @@ fn spinning() -> Model<3> {
         stribeck_exponent: 2.0,
         viscous_friction: 0.0,
     });
-    PlaneFrBd::isotropic(curve.unwrap(), bristle(1e4, 50.0))
+    PlaneFrBd::isotropic(curve.unwrap(), kelvin_voigt(1e4, 50.0))
 }
 
 /// Positions, velocities and deflections at 40 s: ten digits, from two integrators with the
@@ -99,17 +96,13 @@ fn a_spinning_block_comes_to_rest_where_two_integrators_say() {
 fn every_method_passes_the_cone() {
     let body = pulled_body();
     let tolerances = Tolerances::scaled(1e-9, System::scales(&body)).unwrap();
-    let run = |solved: Result<ode::Trajectory<f64, 6>, _>| {
-        let solved: ode::Trajectory<f64, 6> = solved.unwrap();
-        solved.states()[1]
-    };
-    let (span, rest, two) = (0.0..40.0, SVector::zeros(), Output::Uniform(2));
-    let ends = [
-        run(Solver::checked(DormandPrince, tolerances).solve(&body, span.clone(), rest, two)),
-        run(Solver::checked(DormandPrince8, tolerances).solve(&body, span.clone(), rest, two)),
-        run(Solver::checked(Rodas5P, tolerances).solve(&body, span, rest, two)),
-    ];
-    for end in ends {
+    let (rest, two) = (SVector::zeros(), Output::Uniform(2));
+    for run in [
+        Solver::checked(DormandPrince, tolerances).solve(&body, 0.0..40.0, rest, two),
+        Solver::checked(DormandPrince8, tolerances).solve(&body, 0.0..40.0, rest, two),
+        Solver::checked(Rodas5P, tolerances).solve(&body, 0.0..40.0, rest, two),
+    ] {
+        let end = run.unwrap().states()[1];
         for i in 0..2 {
             assert_within(1e-6, 1.0, end[i], PULLED[i], || format!("{end}"));
         }
@@ -150,17 +143,14 @@ fn companion_steps_are_of_second_order_in_the_plane() {
         let ones = Vector2::repeat(1.0);
         companion_run(&contact, ones, Vector2::zeros(), (pull, 2.0), (steps, 40.0))
     };
-    let errors = |run: &[Vector2<f64>; 3]| {
-        let place = Vector2::new(PULLED[0], PULLED[1]);
-        let velocity = Vector2::new(PULLED[2], PULLED[3]);
-        let deflection = Vector2::new(PULLED[4], PULLED[5]);
-        [(run[0] - place).norm(), (run[1] - velocity).norm(), (run[2] - deflection).norm()]
+    // Of place, velocity and deflection.
+    let errors = |steps: u32| {
+        let run = run(steps);
+        [0, 1, 2].map(|i| (run[i] - Vector2::new(PULLED[2 * i], PULLED[2 * i + 1])).norm())
     };
-    let (coarse, fine) = (run(20_000), run(40_000));
-    let (coarse_errors, fine_errors) = (errors(&coarse), errors(&fine));
-    for i in 0..3 {
-        let ratio = coarse_errors[i] / fine_errors[i];
-        assert!((3.0..5.5).contains(&ratio), "{i}: {coarse_errors:?}, {fine_errors:?}");
+    let (coarse, fine) = (errors(20_000), errors(40_000));
+    for (coarse, fine) in coarse.iter().zip(fine) {
+        assert!((3.0..5.5).contains(&(coarse / fine)), "{coarse:e}, {fine:e}");
     }
 }
 
@@ -184,8 +174,7 @@ fn a_spinning_block_comes_to_rest_by_companion_steps() {
 
 #[test]
 fn a_block_on_a_tilted_plane_stands_for_an_hour_at_sixty_steps_a_second() {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    let model = PlaneFrBd::<_, _, 2>::isotropic(curve, bristle(1e4, 64.5));
+    let model = PlaneFrBd::<_, _, 2>::isotropic(table_2_curve(), table_2_bristle());
     // 1 kg on a slope of 30°, downhill between the axes: 4.9 N against 12.7 N of breakaway.
     let (weight, slope) = (9.81, 30_f64.to_radians());
     let contact = model.under_load(weight * slope.cos()).unwrap().companion(1.0).unwrap();

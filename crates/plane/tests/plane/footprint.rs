@@ -1,8 +1,8 @@
 //! Contact surfaces: sums over points of a footprint.
 
+use std::f64::consts::{PI, TAU};
+
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
-use bristle::paper;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle_plane::{
     Axis, DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanionStep, PlaneContact,
     PlaneFrBd,
@@ -11,23 +11,20 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
 
 use bristle_specimens::recipe::{decades, velocity};
+use bristle_specimens::specimens::{table_2_bristle, table_2_curve};
 use bristle_specimens::{assert_within, check, integral};
-
-fn bristle() -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 64.5 }).unwrap()
-}
 
 /// μ = 1 under 1 N: forces are those of the limit surface.
 fn coulomb() -> PlaneContact<f64, PlaneFrBd<Coulomb<f64>, f64, 2>, 2> {
     let curve = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 };
-    PlaneFrBd::isotropic(Coulomb::new(curve).unwrap(), bristle()).under_load(1.0).unwrap()
+    PlaneFrBd::isotropic(Coulomb::new(curve).unwrap(), table_2_bristle()).under_load(1.0).unwrap()
 }
 
 /// Table 2, six tenths of the friction across.
 fn table_2() -> PlaneContact<f64, PlaneFrBd<Stribeck<f64>, f64, 2>, 2> {
-    let axes = [1.0, 0.6].map(|friction_ratio| Axis { friction_ratio, bristle: bristle() });
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    PlaneFrBd::new(curve, axes).unwrap().under_load(3.0).unwrap()
+    let bristle = table_2_bristle();
+    let axes = [1.0, 0.6].map(|friction_ratio| Axis { friction_ratio, bristle });
+    PlaneFrBd::new(table_2_curve(), axes).unwrap().under_load(3.0).unwrap()
 }
 
 fn disc(pressure: DiscPressure, rings: u16) -> Vec<FootprintPoint<f64>> {
@@ -74,25 +71,29 @@ fn spin_converges_to_the_full_torque_of_discs_and_squares() {
     });
 }
 
+/// F = ∫ (v + ω × r)/‖v + ω × r‖ dA/A over a unit disc and its torque under a twist (c, 0, 1), in
+/// polar coordinates, in so many panels of each: no points.
+fn disc_wrench(c: f64, panels: usize) -> (f64, f64) {
+    let over = |part: &dyn Fn(f64, f64, f64, f64) -> f64| {
+        integral(0.0, 1.0, panels, |r| {
+            let ring = integral(0.0, TAU, panels, |angle| {
+                let (x, y) = (r * angle.cos(), r * angle.sin());
+                part(x, y, c - y, x) / (c - y).hypot(x)
+            });
+            ring * r / PI
+        })
+    };
+    (over(&|_, _, v_x, _| v_x), over(&|x, y, v_x, v_y| x * v_y - y * v_x))
+}
+
 #[test]
 fn the_limit_surface_of_a_disc_is_that_of_the_integral() {
-    // F = ∫ (v + ω × r)/‖v + ω × r‖ dA/A in polar coordinates, v along x.
     for ratio in [0.2, 0.7, 1.5, 4.0] {
-        let at = |r: f64, angle: f64| {
-            let (sin, cos) = angle.sin_cos();
-            let (x, y) = (ratio - r * sin, r * cos);
-            (x / x.hypot(y), r * (y * cos - x * sin) / x.hypot(y))
-        };
-        let mean = |part: &dyn Fn(f64, f64) -> f64| {
-            let ring =
-                |r: f64| r * integral(0.0, std::f64::consts::TAU, 200, |angle| part(r, angle));
-            integral(0.0, 1.0, 200, ring) / std::f64::consts::PI
-        };
-        let want = (mean(&|r, angle| at(r, angle).0), mean(&|r, angle| at(r, angle).1));
+        let (force, torque) = disc_wrench(ratio, 200);
         let footprint = Footprint::new(coulomb(), disc(DiscPressure::Uniform, 60)).unwrap();
         let got = footprint.stationary_wrench(&Vector3::new(ratio, 0.0, 1.0));
-        assert_within(2e-4, 1.0, got.x, want.0, || format!("force at {ratio}"));
-        assert_within(2e-4, 1.0, got.z, want.1, || format!("torque at {ratio}"));
+        assert_within(2e-4, 1.0, got.x, force, || format!("force at {ratio}"));
+        assert_within(2e-4, 1.0, got.z, torque, || format!("torque at {ratio}"));
         assert!(got.y.abs() < 2e-4, "{got}");
     }
 }
@@ -245,28 +246,12 @@ fn bad_footprints_are_refused_by_name() {
 
 #[test]
 fn the_ellipsoid_of_a_disc_is_as_far_off_as_an_integral_over_the_disc_says() {
-    // Unit disc under 1/π, twist (c, 0, 1): Gauss–Legendre in polar coordinates, no points.
-    let wrench = |c: f64| {
-        let over = |f: &dyn Fn(f64, f64, f64, f64) -> f64| {
-            integral(0.0, 1.0, 24, |r| {
-                let ring = integral(0.0, std::f64::consts::TAU, 24, |angle| {
-                    let (x, y) = (r * angle.cos(), r * angle.sin());
-                    let (v_x, v_y) = (c - y, x);
-                    f(x, y, v_x, v_y) / v_x.hypot(v_y)
-                });
-                ring * r / std::f64::consts::PI
-            })
-        };
-        let force = over(&|_, _, v_x, _| v_x);
-        (force, over(&|x, y, v_x, v_y| x * v_y - y * v_x))
-    };
     // About a point of the rim: 8/(3π) and 8/(9π).
-    let (force, torque) = wrench(1.0);
-    let pi = std::f64::consts::PI;
-    assert!((force - 8.0 / (3.0 * pi)).abs() < 1e-4 && (torque - 8.0 / (9.0 * pi)).abs() < 1e-4);
+    let (force, torque) = disc_wrench(1.0, 24);
+    assert!((force - 8.0 / (3.0 * PI)).abs() < 1e-4 && (torque - 8.0 / (9.0 * PI)).abs() < 1e-4);
     let of_all = |off: &dyn Fn(f64, f64, f64) -> f64| {
         (1..60).map(|k| 0.05 * f64::from(k)).fold(0.0, |most, c| {
-            let (force, torque) = wrench(c);
+            let (force, torque) = disc_wrench(c, 24);
             f64::max(most, off(c, force, 1.5 * torque))
         })
     };
@@ -276,10 +261,7 @@ fn the_ellipsoid_of_a_disc_is_as_far_off_as_an_integral_over_the_disc_says() {
         let size = c.hypot(2.0 / 3.0);
         (force - c / size).hypot(torque - 2.0 / 3.0 / size)
     });
-    let surface = Footprint::new(
-        coulomb(),
-        FootprintPoint::disc(1.0, DiscPressure::Uniform, 24).collect::<Vec<_>>(),
-    );
+    let surface = Footprint::new(coulomb(), disc(DiscPressure::Uniform, 24));
     let ellipsoid = surface.unwrap().limit_ellipsoid();
     assert!((ellipsoid.spin_radius - 2.0 / 3.0).abs() < 1e-3, "{ellipsoid:?}");
     assert!((ellipsoid.surface_error - farthest).abs() < 2e-3, "{ellipsoid:?}, {farthest}");

@@ -3,4 +3,5 @@
 
 mod body;
 mod footprint;
+mod limit_surface;
 mod plane;

@@ -1,9 +1,9 @@
 //! Bristles of several axes: their theorems, their limits, and the scalar model as a special case.
 
 use bristle::companion::PointMass;
-use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
+use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, Stribeck, StribeckParameters};
 use bristle::regularisation::{Regularisation, SquareRoot, Unregularised};
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::rheology::KelvinVoigt;
 use bristle::{Bristle, FrBd, Law, LuGre, Scalar, paper};
 use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle_plane::{Axis, DiscPressure, PlaneBristle, PlaneContact, PlaneFrBd, PlaneLuGre};
@@ -12,8 +12,8 @@ use num_dual::Dual64;
 use proptest::prelude::*;
 
 use bristle_specimens::recipe::{decades, velocity};
-use bristle_specimens::specimens::table_2;
-use bristle_specimens::{assert_within, check, lit};
+use bristle_specimens::specimens::{kelvin_voigt, table_2_bristle, table_2_curve};
+use bristle_specimens::{assert_within, check, integral, lit};
 
 type Model<T, const N: usize, E = Unregularised> = PlaneFrBd<Stribeck<T>, T, N, E>;
 
@@ -64,11 +64,13 @@ fn draw<const N: usize>() -> impl Strategy<Value = Draw<N>> {
 }
 
 fn bristle<T: Scalar>(micro_stiffness: f64, micro_damping: f64) -> KelvinVoigt<T> {
-    KelvinVoigt::new(KelvinVoigtParameters {
-        micro_stiffness: lit(micro_stiffness),
-        micro_damping: lit(micro_damping),
-    })
-    .unwrap()
+    kelvin_voigt(lit(micro_stiffness), lit(micro_damping))
+}
+
+/// Friction that does not depend on the speed.
+fn coulomb<T: Scalar>(mu: f64) -> Coulomb<T> {
+    let (dynamic_coefficient, viscous_friction) = (lit(mu), T::zero());
+    Coulomb::new(CoulombParameters { dynamic_coefficient, viscous_friction }).unwrap()
 }
 
 fn axis<T: Scalar>([ratio, stiffness, damping]: [f64; 3]) -> Axis<T> {
@@ -186,22 +188,17 @@ fn the_box_is_never_left_and_forces_keep_to_theirs() {
 fn no_velocity_relaxes_faster_than_the_limit() {
     check(300, draw::<3>(), |draw| {
         let fastest = draw.velocity.norm();
-        let faster = |rate: f64, limit: Option<f64>| {
-            assert!(limit.is_none_or(|limit| rate <= limit * (1.0 + 1e-12)), "{draw:?}");
-        };
-        let lugre = PlaneLuGre::classical(draw.curve::<f64>(), draw.axes()).unwrap();
-        for i in 0..3 {
-            let v = draw.velocity[i];
-            let model = draw.model::<f64>();
-            let relaxation = model.axes(&draw.velocity)[i].affine(v.into(), 0.0).relaxation;
-            faster(relaxation, model.limits(fastest).relaxation_rate);
-            faster(relaxation, model.limits(f64::INFINITY).relaxation_rate);
-            let model = draw.regularised::<f64>();
-            let relaxation = model.axes(&draw.velocity)[i].affine(v.into(), 0.0).relaxation;
-            faster(relaxation, model.limits(fastest).relaxation_rate);
-            let relaxation = lugre.axes(&draw.velocity)[i].affine(v.into(), 0.0).relaxation;
-            faster(relaxation, lugre.limits(fastest).relaxation_rate);
+        fn within<M: PlaneBristle<f64, 3>>(model: M, draw: &Draw<3>, fastest: f64) {
+            let Some(limit) = model.limits(fastest).relaxation_rate else { return };
+            for (axis, v) in model.axes(&draw.velocity).iter().zip(&draw.velocity) {
+                let rate = axis.affine((*v).into(), 0.0).relaxation;
+                assert!(rate <= limit * (1.0 + 1e-12), "{draw:?}");
+            }
         }
+        within(draw.model(), &draw, fastest);
+        within(draw.model(), &draw, f64::INFINITY);
+        within(draw.regularised(), &draw, fastest);
+        within(PlaneLuGre::classical(draw.curve(), draw.axes()).unwrap(), &draw, fastest);
     });
 }
 
@@ -225,15 +222,8 @@ fn the_ellipsoid_is_never_left_with_equal_relaxation_rates_and_is_with_unequal_o
         assert!(force.norm() <= 1.0 + 1e-12, "{force}: {draw:?}");
     });
     // Ratio 10: a turning velocity drives u out of the ball, to 1.22 at the most.
-    let curve = StribeckParameters {
-        static_coefficient: 1.0,
-        dynamic_coefficient: 1.0,
-        stribeck_velocity: 0.1,
-        stribeck_exponent: 2.0,
-        viscous_friction: 0.0,
-    };
     let axes = [axis([1.0, 1e3, 0.0]), axis([1.0, 1e4, 0.0])];
-    let model = PlaneFrBd::new(Stribeck::new(curve).unwrap(), axes).unwrap();
+    let model = PlaneFrBd::new(coulomb(1.0), axes).unwrap();
     assert!(!model.limits(1.0).ellipsoid);
     let contact = model.under_load(1.0).unwrap();
     // Along x until u = (1, 0), then along y: u_y rises faster than u_x falls.
@@ -350,27 +340,19 @@ fn compare_derivatives<const N: usize, M: PlaneBristle<f64, N>, D: PlaneBristle<
                 ((slope * z[i]).abs() + (other * v[i]).abs()) * gradient[j].abs() + own.abs()
             };
             // μ', n' and ‖v‖' are at most a few of their quantities over ‖v‖, and may cancel.
-            let steep = z[i].abs() / v.norm();
-            let rate = terms(slope.relaxation, slope.drive, affine.drive)
-                + affine.relaxation * steep
-                + 1.0;
-            let force = terms(slope.stiffness, slope.damping, affine.damping)
-                + (stiffness + affine.stiffness.abs()) * steep
-                + damping;
+            let (steep, stiff) = (z[i].abs() / v.norm(), stiffness + affine.stiffness.abs());
+            let rate = terms(slope.relaxation, slope.drive, affine.drive);
+            let rate = rate + affine.relaxation * steep + 1.0;
+            let force = terms(slope.stiffness, slope.damping, affine.damping);
+            let force = force + stiff * steep + damping;
             let diagonal = |value: f64| if i == j { value } else { 0.0 };
+            let relaxes = diagonal(linearised.rate_by_deflection[i]);
+            let springs = diagonal(linearised.force_by_deflection[i]);
             let rows = [
                 (rate, linearised.rate_by_velocity[(i, j)], by_velocity.rate[i]),
                 (force, linearised.force_by_velocity[(i, j)], by_velocity.force[i]),
-                (
-                    affine.relaxation,
-                    diagonal(linearised.rate_by_deflection[i]),
-                    by_deflection.rate[i],
-                ),
-                (
-                    stiffness + affine.stiffness.abs(),
-                    diagonal(linearised.force_by_deflection[i]),
-                    by_deflection.force[i],
-                ),
+                (affine.relaxation, relaxes, by_deflection.rate[i]),
+                (stiff, springs, by_deflection.force[i]),
             ];
             for (row, (scale, got, want)) in rows.into_iter().enumerate() {
                 assert_within(1e-12, scale, got, want.eps, || format!("{row}: {i}, {j}, {draw:?}"));
@@ -452,7 +434,7 @@ fn an_isotropic_contact_does_not_know_its_axes() {
 
 #[test]
 fn a_turn_keeps_the_length_and_tells_what_unequal_springs_take() {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let curve = table_2_curve();
     let axes = [axis([1.0, 1e4, 1.0]), axis([1.0, 4e4, 1.0]), axis([1.0, 2e4, 1.0])];
     let contact = PlaneFrBd::new(curve, axes).unwrap().under_load(2.0).unwrap();
     let z = Vector3::new(1e-5, 0.0, 3e-5);
@@ -476,35 +458,55 @@ fn a_turn_keeps_the_length_and_tells_what_unequal_springs_take() {
     }
 }
 
-#[test]
-fn no_sequence_of_loads_turns_and_steps_makes_an_engine() {
-    let move_ = (velocity(), velocity(), -1.0..1.0, decades(1e-6, 1.0), -4.0..4.0, 0..4);
-    check(200, (draw::<2>(), prop::collection::vec(move_, 12)), |(draw, moves)| {
+fn no_engine<const N: usize>() {
+    let motion = || prop::collection::vec(velocity(), N);
+    let move_ = (motion(), motion(), any::<bool>(), decades(1e-9, 1e3), -4.0..4.0, 0..4);
+    check(200, (draw::<N>(), prop::collection::vec(move_, 12)), |(draw, moves)| {
         let mut companion = draw.contact().companion(1.0).unwrap();
-        let mut z = Vector2::zeros();
-        let (mut ledger, mut scale) = (EnergyLedger::new(), 0.0);
-        for (x, y, wrong, h, angle, lift) in moves {
+        let mut z = draw.deflection();
+        let begin = companion.contact().stored_energy(&z);
+        let (mut ledger, mut scale) = (EnergyLedger::new(), begin);
+        for (v, other, near, h, angle, lift) in moves {
             let load = if lift == 0 { 0.0 } else { draw.load * f64::from(lift) };
-            let v = Vector2::new(x, y);
-            let predicted = v * (1.0 + wrong);
+            let v = SVector::<f64, N>::from_vec(v);
+            let predicted = if near { 1.5 * v } else { SVector::from_vec(other) };
             let reloaded = companion.reload(load, &predicted, &z).unwrap();
             assert!(reloaded.dissipated >= 0.0, "{draw:?}");
             ledger.enter(reloaded);
             let turned = companion.contact().turn(&reloaded.deflection, angle);
             let supplied = turned.supplied; // all of it stored
             ledger.enter(EnergyBalance { supplied, stored: supplied, dissipated: 0.0 });
-            let done = companion.step(&predicted, &turned.deflection, h).commit(&v);
+            let before = companion.contact().stored_energy(&turned.deflection);
+            let step = companion.step(&predicted, &turned.deflection, h);
+            assert!(step.is_passive() && step.damping().iter().all(|&damping| damping >= 0.0));
+            // The three energies of a step from their definitions.
+            let force = step.bias() + step.damping().component_mul(&v);
+            let done = step.commit(&v);
+            assert!(done.dissipated >= 0.0, "{draw:?}");
+            let size = h * force.abs().dot(&v.abs()) + before;
+            let gained = companion.contact().stored_energy(&done.deflection) - before;
+            let what = || format!("{draw:?}");
+            assert_within(1e-10, size, done.stored, gained, what);
+            assert_within(1e-10, size, done.work, h * force.dot(&v), what);
+            assert_within(1e-10, size, done.work, done.stored + done.dissipated, what);
             scale += turned.supplied.abs() + done.work.abs() + done.dissipated + done.stored.abs();
             ledger.enter(done);
             z = done.deflection;
         }
         // Stored at the end, by its definition; all that was supplied is stored or dissipated.
-        let stored = companion.contact().stored_energy(&z);
+        let stored = companion.contact().stored_energy(&z) - begin;
         let balance = ledger.total();
         assert_within(1e-9, scale, balance.stored, stored, || format!("{draw:?}"));
         assert_within(1e-9, scale, balance.residual(), 0.0, || format!("{draw:?}"));
         assert!(balance.dissipated >= 0.0);
     });
+}
+
+#[test]
+fn no_sequence_of_loads_turns_and_steps_makes_an_engine() {
+    no_engine::<1>();
+    no_engine::<2>();
+    no_engine::<3>();
 }
 
 #[test]
@@ -585,35 +587,6 @@ fn a_load_that_varies_is_that_of_the_scalar_contact_along_one_axis() {
     });
 }
 
-fn companion_gives_no_energy<const N: usize>() {
-    let step = (draw::<N>(), draw::<N>(), decades(1e-9, 1e3));
-    check(300, step, |(draw, other, h)| {
-        let contact = draw.contact();
-        let z = draw.deflection();
-        let step = contact.companion(1.0).unwrap().step(&other.velocity, &z, h);
-        assert!(step.is_passive(), "{draw:?}");
-        assert!(step.damping().iter().all(|&damping| damping >= 0.0));
-        let done = step.commit(&draw.velocity);
-        assert!(done.dissipated >= 0.0, "{draw:?}");
-        // The three energies from their definitions.
-        let force = step.bias() + step.damping().component_mul(&draw.velocity);
-        let work = h * force.dot(&draw.velocity);
-        let scale = h * force.abs().dot(&draw.velocity.abs()) + contact.stored_energy(&z);
-        let after = contact.stored_energy(&done.deflection) - contact.stored_energy(&z);
-        let what = || format!("{draw:?}");
-        assert_within(1e-10, scale, done.stored, after, what);
-        assert_within(1e-10, scale, done.work, work, what);
-        assert_within(1e-10, scale, done.work, done.stored + done.dissipated, what);
-    });
-}
-
-#[test]
-fn a_companion_step_never_gives_energy() {
-    companion_gives_no_energy::<1>();
-    companion_gives_no_energy::<2>();
-    companion_gives_no_energy::<3>();
-}
-
 #[test]
 fn a_body_faster_than_expected_keeps_its_deflection() {
     // The friction rises with ‖v‖, and the axis that carries it is slow beside the other.
@@ -631,8 +604,7 @@ fn a_body_faster_than_expected_keeps_its_deflection() {
 
 #[test]
 fn a_free_body_takes_the_step_of_each_axis() {
-    let model =
-        PlaneFrBd::isotropic(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), bristle(1e4, 64.5));
+    let model = PlaneFrBd::isotropic(table_2_curve(), table_2_bristle());
     let companion = model.under_load(1.0).unwrap().companion(1.0).unwrap();
     let (v, z, h) = (Vector2::new(0.01, -0.03), Vector2::new(1e-5, 2e-5), 0.01);
     let (mass, force) = (Vector2::new(1.0, 3.0), Vector2::new(0.3, 0.7));
@@ -647,16 +619,15 @@ fn a_free_body_takes_the_step_of_each_axis() {
 fn spin_radii_are_those_of_the_full_torque() {
     // ∫ r dF over a disc, by quadrature: of a uniform pressure, and of Hertz's p ∝ √(1 − r²/a²).
     let torque = |pressure: &dyn Fn(f64) -> f64| {
-        let weigh = |power: i32| {
-            bristle_specimens::integral(0.0, 1.0, 4000, |r: f64| pressure(r) * r.powi(power))
-        };
+        let weigh = |power: i32| integral(0.0, 1.0, 4000, |r: f64| pressure(r) * r.powi(power));
         weigh(2) / weigh(1)
     };
-    assert_within(1e-9, 1.0, DiscPressure::Uniform.spin_radius(1.0), torque(&|_| 1.0), || {
-        "disc".into()
-    });
     let hertz = torque(&|r: f64| (1.0 - r * r).max(0.0).sqrt());
-    assert_within(1e-5, 1.0, DiscPressure::Hertz.spin_radius(1.0), hertz, || "Hertz".into());
+    for (pressure, want, tolerance) in
+        [(DiscPressure::Uniform, torque(&|_| 1.0), 1e-9), (DiscPressure::Hertz, hertz, 1e-5)]
+    {
+        assert_within(tolerance, 1.0, pressure.spin_radius(1.0), want, || format!("{pressure:?}"));
+    }
     for radius in [-1.0, f64::NAN] {
         assert!(DiscPressure::Uniform.spin_radius(radius).is_nan());
         assert!(DiscPressure::Hertz.spin_radius(radius).is_nan());
@@ -665,7 +636,7 @@ fn spin_radii_are_those_of_the_full_torque() {
 
 #[test]
 fn bad_axes_are_refused_by_name() {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let curve = table_2_curve();
     let good = axis([1.0, 1e4, 64.5]);
     for bad in [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE] {
         let axes = [good, Axis { friction_ratio: bad, ..good }];
@@ -689,7 +660,7 @@ fn bad_axes_are_refused_by_name() {
 /// subnormal.
 fn edges<T: Scalar>(sizes: &[f64], smallest: f64) {
     let t = lit::<T>;
-    let (curve, _) = table_2::<T>();
+    let curve = table_2_curve::<T>();
     let axes = [axis([1.0, 1e4, 64.5]), axis([0.6, 1e4, 64.5])];
     let model = PlaneFrBd::new(curve, axes).unwrap();
     let contact = model.under_load(t(1.0)).unwrap();
@@ -759,15 +730,8 @@ fn least_ratios<T: Scalar>(smallest: f64) {
     let t = lit::<T>;
     for powers in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.5, 0.5, 1.0]] {
         let [ratio, mu, load] = powers.map(|power| smallest.powf(power));
-        let curve = StribeckParameters {
-            static_coefficient: t(mu),
-            dynamic_coefficient: t(mu),
-            stribeck_velocity: t(1e-3),
-            stribeck_exponent: t(2.0),
-            viscous_friction: t(0.0),
-        };
         let axes = [axis([1.0, 1e4, 64.5]), axis([ratio, 1e4, 64.5])];
-        let model = PlaneFrBd::new(Stribeck::new(curve).unwrap(), axes).unwrap();
+        let model = PlaneFrBd::new(coulomb(mu), axes).unwrap();
         let contact = model.under_load(t(load)).unwrap();
         let contact = contact.measured_at(t(1.0)).unwrap();
         for v in [0.0, 1e-9] {

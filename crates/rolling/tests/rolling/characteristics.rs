@@ -18,12 +18,12 @@ pub struct Step {
 }
 
 impl Step {
-    fn way(&self) -> f64 {
+    pub fn way(&self) -> f64 {
         self.transport * self.duration
     }
 
     /// What a deflection becomes in some part of the step: z e^(−λt) + u (1 − e^(−λt))/λ.
-    fn relax(&self, z: f64, time: f64) -> f64 {
+    pub fn relax(&self, z: f64, time: f64) -> f64 {
         let x = self.relaxation * time;
         let gained = if x == 0.0 {
             self.drive * time
@@ -36,7 +36,7 @@ impl Step {
 
 /// What happened since the bristle that is now at the outlet came in, and the profile before that.
 pub struct History<'a> {
-    steps: std::collections::VecDeque<Step>,
+    pub steps: std::collections::VecDeque<Step>,
     initial: &'a dyn Fn(f64) -> f64,
     /// Places where the initial profile has kinks.
     kinks: &'a [f64],
@@ -170,23 +170,6 @@ pub fn gauss() -> [(f64, f64); 12] {
         }
         (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
     })
-}
-
-/// Numbers that look random, the same in every run.
-pub struct Random(pub u64);
-
-impl Random {
-    /// Evenly between 0 and 1.
-    pub fn unit(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Evenly over the decades between two numbers.
-    pub fn decades(&mut self, from: f64, to: f64) -> f64 {
-        from * (to / from).powf(self.unit())
-    }
 }
 
 /// Bristles under velocities that vary smoothly, undeflected at the beginning. From

@@ -1,83 +1,37 @@
 //! A patch on a grid: exact where it claims to be, its orders elsewhere, and bounds whatever the
 //! motion.
-#![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::tyre::{LENGTH, motion};
-use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, ElastoPlastic, FrBd, LuGre, ParameterError, Scalar, paper};
-use bristle_rolling::{
-    Grid, Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
-    Pressure,
+use crate::tyre::{
+    LENGTH, STIFFNESS, Tyre, constant, coulomb, exponential, frbd, frbd_of, motion, parabolic,
+    polynomial,
 };
-use bristle_specimens::{assert_within, check, integral, lit};
+use bristle::{Bristle, ElastoPlastic, LuGre};
+use bristle_rolling::{Grid, Motion, Patch, Pressure};
+use bristle_specimens::specimens::kelvin_voigt;
+use bristle_specimens::{assert_within, check, integral};
 use proptest::prelude::*;
 
-type Friction<T = f64> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
-
-/// The tyre of the paper, with some damping, at a stiffness.
-fn bristles<T: Scalar>(stiffness: f64) -> Result<Friction<T>, ParameterError> {
-    let c = paper::TYRE_CURVE;
-    Ok(FrBd::new(
-        Stribeck::new(StribeckParameters {
-            static_coefficient: lit(c.static_coefficient),
-            dynamic_coefficient: lit(c.dynamic_coefficient),
-            stribeck_velocity: lit(c.stribeck_velocity),
-            stribeck_exponent: lit(c.stribeck_exponent),
-            viscous_friction: lit(c.viscous_friction),
-        })?,
-        KelvinVoigt::new(KelvinVoigtParameters {
-            micro_stiffness: lit(stiffness),
-            micro_damping: lit(0.1),
-        })?,
-    ))
-}
-
-fn tyre() -> Friction {
-    bristles(252.0).unwrap()
+/// The tyre of the paper, with some damping.
+fn tyre() -> Tyre {
+    frbd(0.1)
 }
 
 /// A patch that carries 1 N.
 fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
-    Patch::new(PatchParameters { model, length: LENGTH, pressure })
-        .unwrap()
-        .under_load(1.0)
-        .unwrap()
+    crate::tyre::patch(model, pressure).under_load(1.0).unwrap()
 }
 
-fn uniform(cells: usize) -> Grid<f64, Friction> {
-    let pressure =
-        PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY).unwrap();
-    Grid::new(&patch(tyre(), pressure), cells).unwrap()
+fn uniform(cells: usize) -> Grid<f64, Tyre> {
+    Grid::new(&patch(tyre(), exponential(bristle_rolling::TYRE_PRESSURE_DECAY)), cells).unwrap()
 }
 
 /// The largest μ/σ0 at any velocity below some 100 m/s.
-const BREAKAWAY: f64 = 0.6 / 252.0;
+const BREAKAWAY: f64 = 0.6 / STIFFNESS;
 
 /// z_ss(1 − e^(−λτ)): a bristle a time τ after it entered, at a held velocity.
-fn risen(friction: &Friction, slip: f64, age: f64) -> f64 {
+fn risen(friction: &Tyre, slip: f64, age: f64) -> f64 {
     let affine = friction.affine(slip.into(), 0.0);
     affine.drive * slip * -(-affine.relaxation * age).exp_m1() / affine.relaxation
-}
-
-#[test]
-fn a_step_input_is_exactly_steady_after_one_transit() {
-    for (cells, slip, transport) in
-        [(1, 0.8, 160.0), (7, 3.0, -160.0), (64, -0.01, 20.0), (100, 16.0, -160.0)]
-    {
-        let mut grid = uniform(cells);
-        let motion = Motion { slip_velocity: slip, rolling_speed: LENGTH * transport };
-        for _ in 0..cells {
-            grid.step(motion, 1.0 / (transport.abs() * cells as f64)).unwrap();
-        }
-        for (&place, &got) in grid.places().iter().zip(grid.deflections()) {
-            let travelled = if transport > 0.0 { place } else { 1.0 - place };
-            let want = risen(&tyre(), slip, travelled / transport.abs());
-            // A few roundings a step, each relaxed away later.
-            assert_within(1e-14, want.abs(), got, want, || format!("{cells} cells, {place}"));
-        }
-    }
 }
 
 #[test]
@@ -95,9 +49,7 @@ fn whole_courant_numbers_move_any_history_exactly() {
         let transport = 20.0;
         let duration = courant as f64 / (transport * cells as f64);
         for n in 0..60 {
-            let slip_velocity = velocity(n);
-            grid.step(Motion { slip_velocity, rolling_speed: LENGTH * transport }, duration)
-                .unwrap();
+            grid.step(motion(velocity(n), transport), duration).unwrap();
             for (node, &got) in grid.deflections().iter().enumerate() {
                 // Back along the characteristic, a step at a time: what is left of the initial
                 // deflection or of nothing, plus what each step added.
@@ -106,11 +58,7 @@ fn whole_courant_numbers_move_any_history_exactly() {
                     let affine = tyre().affine(velocity(step).into(), 0.0);
                     let drive = affine.drive * velocity(step);
                     let before = place - courant;
-                    let aged = if before <= 0 {
-                        place as f64 / (transport * cells as f64)
-                    } else {
-                        duration
-                    };
+                    let aged = place.min(courant) as f64 / (transport * cells as f64);
                     let x = affine.relaxation * aged;
                     want += left * drive * if x > 0.0 { -(-x).exp_m1() / x * aged } else { aged };
                     left *= (-x).exp();
@@ -138,8 +86,7 @@ fn a_step_longer_than_a_transit_forgets_everything() {
     for transport in [20.0, -20.0, 1e60] {
         for courant in [1.0, 1.37, 1e3, 1e40] {
             let mut grid = uniform(33).with_profile(|place| 2e-3 * (9.0 * place).cos()).unwrap();
-            let motion = Motion { slip_velocity: 1.0, rolling_speed: LENGTH * transport };
-            grid.step(motion, courant / f64::abs(transport)).unwrap();
+            grid.step(motion(1.0, transport), courant / f64::abs(transport)).unwrap();
             for (&place, &got) in grid.places().iter().zip(grid.deflections()) {
                 let travelled = if transport > 0.0 { place } else { 1.0 - place };
                 let want = risen(&tyre(), 1.0, travelled / transport.abs());
@@ -168,15 +115,8 @@ fn without_rolling_every_node_is_a_bristle_of_its_own() {
 
 #[test]
 fn rolling_backwards_is_the_mirror_image() {
-    let build = |coefficients| {
-        let pressure = PolynomialExponential::new(PolynomialExponentialParameters {
-            coefficients,
-            decay: 0.0,
-        })
-        .unwrap();
-        let patch = patch(tyre(), pressure);
-        Grid::new(&patch, 24).unwrap()
-    };
+    let build =
+        |coefficients| Grid::new(&patch(tyre(), polynomial(coefficients, 0.0)), 24).unwrap();
     // 1 + 2ξ and its mirror image.
     let profile = |place: f64| 1e-3 * (4.0 * place).sin();
     let start = build([1.0, 2.0]).with_profile(profile).unwrap();
@@ -186,9 +126,8 @@ fn rolling_backwards_is_the_mirror_image() {
     for n in 0..40 {
         let slip = 2.0 * (0.4 * n as f64).sin();
         let rolling = 20.0 * (0.9 * n as f64).cos();
-        let motion = |transport| motion(slip, transport);
-        let one = a.step(motion(rolling), 4e-3).unwrap();
-        let other = b.step(motion(-rolling), 4e-3).unwrap();
+        let one = a.step(motion(slip, rolling), 4e-3).unwrap();
+        let other = b.step(motion(slip, -rolling), 4e-3).unwrap();
         // Forces of 1 N at most, some roundings in each of forty steps.
         assert_within(1e-13, 1.0, one, other, || format!("step {n}"));
         let spin = |place: f64| slip + 3.0 * (place - 0.5);
@@ -217,11 +156,10 @@ fn transient_error(cells: usize, courant: f64) -> f64 {
     let hump = |place: f64| 1e-3 * (std::f64::consts::PI * place).sin().powi(6);
     let relaxation = tyre().affine(slip.into(), 0.0).relaxation;
     let mut grid = uniform(cells).with_profile(|x| steady(x) + hump(x)).unwrap();
-    let motion = Motion { slip_velocity: slip, rolling_speed: LENGTH * rolling };
     let duration = courant / (rolling * cells as f64);
     let steps = (0.3 / (rolling * duration)).round() as usize;
     for _ in 0..steps {
-        grid.step(motion, duration).unwrap();
+        grid.step(motion(slip, rolling), duration).unwrap();
     }
     let time = duration * steps as f64;
     let nodes = grid.places().iter().zip(grid.deflections());
@@ -266,7 +204,7 @@ fn by_quadrature(place: f64, time: f64, slip: &dyn Fn(f64, f64) -> f64) -> f64 {
 
 /// Errors at the nodes and of the force, of a run over a bit more than a transit.
 fn field_errors(cells: usize, slip: impl Fn(f64, f64) -> f64, courant: f64) -> (f64, f64) {
-    let patch = patch(tyre(), PolynomialExponential::parabolic());
+    let patch = patch(tyre(), parabolic());
     let mut grid = Grid::new(&patch, cells).unwrap();
     // A transit takes 0.0511 s.
     let end = 0.07;
@@ -302,10 +240,8 @@ fn where_slip_and_rolling_vary_the_order_is_four() {
         // On the way to 4.
         assert!(order > 3.4 && force_order > 3.4, "{courant}: {order} {force_order}");
         // Measured 3.3e-7 of the breakaway deflection, and 6.7e-8 N of a force below 0.6 N.
-        assert!(
-            fine < 6e-7 * BREAKAWAY && force_fine < 1.0e-7,
-            "{courant}: {fine:e} {force_fine:e}"
-        );
+        let near = fine < 6e-7 * BREAKAWAY && force_fine < 1e-7;
+        assert!(near, "{courant}: {fine:e} {force_fine:e}");
     }
 }
 
@@ -315,10 +251,8 @@ fn spin_that_turns_the_slip_inside_the_patch_keeps_the_second_order() {
     let slip = |place: f64, time: f64| 0.3 * (place - 0.5) + 0.06 * (40.0 * time).sin();
     let ((coarse, _), (fine, force)) = (field_errors(30, slip, 0.7), field_errors(60, slip, 0.7));
     // Measured 4.0 times, 5.0e-5 of the breakaway deflection and 1.5e-6 N.
-    assert!(
-        coarse > 3.0 * fine && fine < 1e-4 * BREAKAWAY && force < 3e-6,
-        "{coarse:e} {fine:e} {force:e}"
-    );
+    let near = fine < 1e-4 * BREAKAWAY && force < 3e-6;
+    assert!(coarse > 3.0 * fine && near, "{coarse:e} {fine:e} {force:e}");
 }
 
 #[test]
@@ -330,16 +264,11 @@ fn bristles_spread_from_a_place_inside_and_crowd_towards_one() {
     let mut spread = uniform(cells).with_profile(initial).unwrap();
     let mut crowd = uniform(cells);
     for _ in 0..40 {
-        let away = Motion {
-            slip_velocity: |_, _| slip,
-            rolling_speed: |place: f64, _| LENGTH * rate * (place - 0.5),
-        };
-        let towards = Motion {
-            slip_velocity: |_, _| slip,
-            rolling_speed: |place: f64, _| -LENGTH * rate * (place - 0.5),
-        };
-        spread.step_field(&away, time / 40.0).unwrap();
-        crowd.step_field(&towards, time / 40.0).unwrap();
+        for (grid, side) in [(&mut spread, 1.0), (&mut crowd, -1.0)] {
+            let rolling_speed = |place: f64, _| side * LENGTH * rate * (place - 0.5);
+            let field = Motion { slip_velocity: |_, _| slip, rolling_speed };
+            grid.step_field(&field, time / 40.0).unwrap();
+        }
     }
     for (node, &place) in spread.places().iter().enumerate() {
         let origin = 0.5 + (place - 0.5) * (-rate * time).exp();
@@ -423,55 +352,25 @@ fn a_jump_moves_without_oscillation() {
 #[test]
 fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
     let slip = |t: f64| 0.2 + 0.1 * (60.0 * t).sin();
-    let force = |cells: usize| {
+    // Held, or by a field, which is of fourth order.
+    let force = |cells: usize, held: bool| {
         let mut grid = uniform(cells);
         let duration = 1.0 / (20.0 * cells as f64);
-        for n in 0..cells * 2 {
-            let slip_velocity = slip((n as f64 + 0.5) * duration);
-            grid.step(Motion { slip_velocity, rolling_speed: 2.0 }, duration).unwrap();
-        }
-        grid.force(slip(0.1))
-    };
-    // The same by a field, of fourth order.
-    let by_field = |cells: usize| {
-        let mut grid = uniform(cells);
-        let duration = 1.0 / (20.0 * cells as f64);
-        let mut force = 0.0;
         for n in 0..cells * 2 {
             let start = n as f64 * duration;
             let field =
                 Motion { slip_velocity: |_, time| slip(start + time), rolling_speed: |_, _| 2.0 };
-            force = grid.step_field(&field, duration).unwrap();
+            if held {
+                grid.step(motion(slip(start + 0.5 * duration), 20.0), duration).unwrap();
+            } else {
+                grid.step_field(&field, duration).unwrap();
+            }
         }
-        force
+        grid.force(slip(0.1))
     };
-    let exact = by_field(200);
-    let (coarse, fine) = (force(40) - exact, force(80) - exact);
+    let exact = force(200, false);
+    let (coarse, fine) = (force(40, true) - exact, force(80, true) - exact);
     assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
-    // Measured 3.9e-8, and 1.3e-9 with twice the cells: what 200 cells still miss is nothing
-    // beside it.
-    assert!((by_field(40) - exact).abs() < 1e-7, "{:e}", by_field(40) - exact);
-}
-
-#[test]
-fn the_steady_force_of_the_tyre_is_the_one_in_closed_form() {
-    // Paper's Table 1, L V = 16 m/s, slip 0.05 and 1.
-    for (slip, constant, exponential) in [(0.05, 0.348954, 0.344852), (1.0, 0.257045, 0.256912)] {
-        let model = FrBd::new(
-            Stribeck::new(paper::TYRE_CURVE).unwrap(),
-            KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap(),
-        );
-        let motion = Motion { slip_velocity: slip * 16.0, rolling_speed: 16.0 };
-        let run = |mut grid: Grid<f64, _>| grid.step(motion, 1.0).unwrap();
-        let flat = patch(model, PolynomialExponential::constant());
-        let flat = run(Grid::new(&flat, 400).unwrap());
-        let steep =
-            PolynomialExponential::exponential(bristle_rolling::TYRE_PRESSURE_DECAY).unwrap();
-        let steep = run(Grid::new(&patch(model, steep), 400).unwrap());
-        // All printed digits.
-        assert!((flat - constant).abs() < 6e-7, "{flat}");
-        assert!((steep - exponential).abs() < 6e-7, "{steep}");
-    }
 }
 
 #[test]
@@ -493,75 +392,45 @@ fn stored_energy_and_samples_are_those_of_the_profile() {
 
 #[test]
 fn a_load_that_varies_is_that_of_the_exact_reduction_by_both_rules() {
-    load_varies(true);
-    load_varies(false);
-}
-
-fn load_varies(renews: bool) {
-    let patch = Patch::new(PatchParameters {
-        model: bristles::<f64>(252.0).unwrap(),
-        length: 0.1,
-        pressure: PolynomialExponential::constant(),
-    })
-    .unwrap()
-    .under_load(1000.0)
-    .unwrap();
-    let (mut grid, mut exact) = (Grid::new(&patch, 200).unwrap(), patch.exact_in(200).unwrap());
-    let h = 0.1 / 16.0 / 200.0;
-    for number in 0..1000 {
-        let time = h * (f64::from(number) + 0.5);
-        let load = match number {
-            400..410 => 0.0,
-            _ => 1000.0 + 900.0 * (700.0 * time).sin(),
-        };
-        let stored = grid.stored_energy();
-        let slip_velocity = 0.3 + 0.2 * (300.0 * time).cos();
-        let [lost, of_exact] = if renews {
-            [grid.renew(load), exact.renew(load)].map(|left| left.unwrap().dissipated)
-        } else {
-            [grid.reload(load, slip_velocity), exact.reload(load, slip_velocity)]
-                .map(|left| left.unwrap().dissipated)
-        };
-        assert_eq!(grid.normal_force(), load);
-        assert_within(1e-12, stored, grid.stored_energy(), stored - lost, || "energy".to_owned());
-        // Trapezoids of z² miss a kink by the square of a cell, one of each step.
-        assert_within(2e-2, stored, of_exact, lost, || format!("dissipated at {number}"));
-        let motion = Motion { slip_velocity, rolling_speed: 16.0 };
-        let want = exact.step(motion, h).unwrap();
-        // Both are exact for held velocities; the profile has a kink at each change of them, which
-        // the quadrature of the grid misses by the square of a cell.
-        let got = grid.step(motion, h).unwrap();
-        assert_within(2e-5, load, got, want, || format!("{number}"));
+    let patch = crate::tyre::patch(tyre(), constant()).under_load(1000.0).unwrap();
+    let h = 1.0 / 160.0 / 200.0;
+    for renews in [true, false] {
+        let (mut grid, mut exact) = (Grid::new(&patch, 200).unwrap(), patch.exact_in(200).unwrap());
+        for number in 0..1000 {
+            let time = h * (f64::from(number) + 0.5);
+            let load = match number {
+                400..410 => 0.0,
+                _ => 1000.0 + 900.0 * (700.0 * time).sin(),
+            };
+            let stored = grid.stored_energy();
+            let slip = 0.3 + 0.2 * (300.0 * time).cos();
+            let [lost, of_exact] = if renews {
+                [grid.renew(load), exact.renew(load)]
+            } else {
+                [grid.reload(load, slip), exact.reload(load, slip)]
+            }
+            .map(|left| left.unwrap().dissipated);
+            assert_eq!(grid.normal_force(), load);
+            assert_within(1e-12, stored, grid.stored_energy(), stored - lost, || "energy".into());
+            // Trapezoids of z² miss a kink by the square of a cell, one of each step.
+            assert_within(2e-2, stored, of_exact, lost, || format!("dissipated at {number}"));
+            let want = exact.step(motion(slip, 160.0), h).unwrap();
+            // Both are exact for held velocities; the profile has a kink at each change of them,
+            // which the quadrature of the grid misses by the square of a cell.
+            let got = grid.step(motion(slip, 160.0), h).unwrap();
+            assert_within(2e-5, load, got, want, || format!("{number}"));
+        }
     }
-    for load in [-1.0, f64::NAN] {
-        assert_eq!(grid.reload(load, 0.0).unwrap_err().name, "normal_force");
-        assert_eq!(grid.renew(load).unwrap_err().name, "normal_force");
-    }
-    let load = exact.patch().normal_force();
-    assert_within(1e-14, load, grid.normal_force(), load, || "load".to_owned());
 }
 
 #[test]
 fn other_models_and_numbers_ride_along() {
-    // f32.
-    let patch32 = Patch::new(PatchParameters {
-        model: bristles::<f32>(252.0).unwrap(),
-        length: 0.1_f32,
-        pressure: PolynomialExponential::parabolic(),
-    })
-    .unwrap();
-    let mut small = Grid::new(&patch32, 50).unwrap();
-    let patch64 = Patch::new(PatchParameters {
-        model: tyre(),
-        length: 0.1,
-        pressure: PolynomialExponential::parabolic(),
-    })
-    .unwrap();
-    let mut large = Grid::new(&patch64, 50).unwrap();
+    let mut small = Grid::new(&crate::tyre::patch(frbd_of::<f32>(0.1), parabolic()), 50).unwrap();
+    let mut large = Grid::new(&crate::tyre::patch(tyre(), parabolic()), 50).unwrap();
     for n in 0..80 {
         let slip = (0.2 * f64::from(n)).sin();
-        let got =
-            small.step(Motion { slip_velocity: slip as f32, rolling_speed: 2.0 }, 8e-4).unwrap();
+        let motion = Motion { slip_velocity: slip as f32, rolling_speed: 2.0 };
+        let got = small.step(motion, 8e-4).unwrap();
         let want = large.step(Motion { slip_velocity: slip, rolling_speed: 2.0 }, 8e-4).unwrap();
         // The force is 0.06 N at most; eighty steps of a few roundings of f32.
         assert_within(1e-5, 0.06, f64::from(got), want, || format!("step {n}"));
@@ -573,19 +442,14 @@ fn other_models_and_numbers_ride_along() {
     }
 
     // LuGre, but no elasto-plastic model, whose coefficients depend on the deflection.
-    let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 });
-    let rheology =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e3, micro_damping: 1.0 })
-            .unwrap();
-    let lugre = LuGre::classical(curve.unwrap(), rheology);
-    let model = patch(lugre, PolynomialExponential::constant());
-    let force = Grid::new(&model, 10)
-        .unwrap()
-        .step(Motion { slip_velocity: 1.0, rolling_speed: 1e-10 }, 1.0);
+    let (curve, bristle) = (*coulomb(1.0, 0.0).curve(), kelvin_voigt(1e3, 1.0));
+    let model = patch(LuGre::classical(curve, bristle), constant());
+    let sliding = Motion { slip_velocity: 1.0, rolling_speed: 1e-10 };
+    let force = Grid::new(&model, 10).unwrap().step(sliding, 1.0).unwrap();
     // Steady sliding, but for what entered in a nanosecond of a transit.
-    assert_within(1e-6, 1.0, force.unwrap(), 1.0, || "LuGre".to_owned());
-    let switching = ElastoPlastic::new(curve.unwrap(), rheology, 5e-4).unwrap();
-    let refused = Grid::new(&patch(switching, PolynomialExponential::constant()), 10).unwrap_err();
+    assert_within(1e-6, 1.0, force, 1.0, || "LuGre".to_owned());
+    let switching = ElastoPlastic::new(curve, bristle, 5e-4).unwrap();
+    let refused = Grid::new(&patch(switching, constant()), 10).unwrap_err();
     assert!(refused.to_string().contains("Form::OfVelocity"), "{refused}");
 }
 
@@ -608,7 +472,7 @@ fn a_step_allocates_nothing() {
 }
 
 #[test]
-fn bad_input_is_named_and_changes_nothing() {
+fn what_no_grid_can_follow_is_named() {
     #[derive(Debug, Clone)]
     struct Wrong(f64);
     impl Pressure<f64> for Wrong {
@@ -628,49 +492,18 @@ fn bad_input_is_named_and_changes_nothing() {
             nalgebra::Complex::new(0.0, 0.0)
         }
     }
-    let build = |pressure, cells| {
-        let patch = patch(tyre(), pressure);
-        Grid::new(&patch, cells)
-    };
+    let build = |pressure| Grid::new(&patch(tyre(), pressure), 10);
     for wrong in [f64::NAN, -1e-9, f64::INFINITY] {
-        let error = build(Wrong(wrong), 10).unwrap_err();
+        let error = build(Wrong(wrong)).unwrap_err();
         assert_eq!((error.name, error.component), ("pressure", Some(5)), "{error}");
     }
-    assert!(build(Wrong(0.0), 10).is_ok());
-    for cells in [0, usize::MAX] {
-        assert_eq!(build(Wrong(1.0), cells).unwrap_err().name, "cells");
-    }
+    assert!(build(Wrong(0.0)).is_ok());
     let error = uniform(10).with_profile(|place| 1.0 / (place - 0.5)).unwrap_err();
     assert_eq!((error.name, error.component), ("profile", Some(5)));
 
-    let mut grid = uniform(10).with_profile(|place| 1e-3 * place).unwrap();
-    let before = grid.clone();
-    let motion = Motion { slip_velocity: 1.0, rolling_speed: 2.0 };
-    for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        for (name, motion, duration) in [
-            ("slip_velocity", Motion { slip_velocity: wrong, ..motion }, 1e-3),
-            ("rolling_speed", Motion { rolling_speed: wrong, ..motion }, 1e-3),
-            ("duration", motion, wrong),
-            ("duration", motion, -1e-9),
-        ] {
-            assert_eq!(grid.step(motion, duration).unwrap_err().name, name);
-            let field = Motion {
-                slip_velocity: |_, _| motion.slip_velocity,
-                rolling_speed: |_, _| motion.rolling_speed,
-            };
-            assert_eq!(grid.step_field(&field, duration).unwrap_err().name, name);
-            assert_eq!(grid.deflections(), before.deflections());
-        }
-        // Somewhere in the patch only.
-        let field = Motion {
-            slip_velocity: |place, _| if place > 0.7 { wrong } else { 1.0 },
-            rolling_speed: |_, _| 2.0,
-        };
-        assert_eq!(grid.step_field(&field, 1e-3).unwrap_err().name, "slip_velocity");
-    }
+    let mut grid = uniform(10);
     assert!(grid.deflection(1.1).is_nan() && grid.deflection(f64::NAN).is_nan());
     // V that turns a million times within a step.
-    let mut grid = uniform(10);
     let shaking = Motion {
         slip_velocity: |_, _| 1.0,
         rolling_speed: |_, time: f64| 1e6 * (1e8 * time).cos(),

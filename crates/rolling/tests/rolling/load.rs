@@ -4,52 +4,33 @@
 //! Source: for the creep of renewal, each rise of the load from p to p' takes the share 1 − p/p' of
 //! a deflection, so that a slow cycle walks by F/σ0 (1/p_min − 1/p_max).
 
-#![cfg(feature = "alloc")]
-
 use bristle::curve::Stribeck;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, FrBd, ParameterError, Reloaded, paper};
+use bristle::{Bristle, ParameterError, Reloaded, paper};
 use bristle_plane::PlaneFrBd;
-use bristle_rolling::{
-    CombinedGrid, Grid, Motion, Patch, PatchParameters, PolynomialExponential, Segment,
-};
+use bristle_rolling::{CombinedGrid, Grid, Motion, PolynomialExponential, Segment};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::{assert_within, check};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
-use crate::tyre::LENGTH;
+use crate::tyre::{LENGTH, LOAD, STIFFNESS, Tyre, constant, frbd, loaded as patch, parabolic};
 
-type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 type Form = PolynomialExponential<f64, 3>;
-type Standing = bristle_rolling::ExactPatch<f64, Friction, 3, [Segment<f64, 3>; 40]>;
+type Standing = bristle_rolling::ExactPatch<f64, Tyre, 3, [Segment<f64, 3>; 40]>;
 
-/// σ0 [1/m] and the load [N] about which it varies.
-const STIFFNESS: f64 = 252.0;
-const LOAD: f64 = 4000.0;
 const TURN: f64 = std::f64::consts::TAU;
 
-fn curve() -> Stribeck<f64> {
-    Stribeck::new(paper::TYRE_CURVE).unwrap()
+fn forms() -> [Form; 2] {
+    [constant().padded(), parabolic()]
 }
 
 /// Damped critically under 400 kg: 2 √(σ0 m/P).
-fn bristle() -> KelvinVoigt<f64> {
-    let parameters = KelvinVoigtParameters { micro_stiffness: STIFFNESS, micro_damping: 10.0 };
-    KelvinVoigt::new(parameters).unwrap()
+fn friction() -> Tyre {
+    frbd(10.0)
 }
 
-fn friction() -> Friction {
-    FrBd::new(curve(), bristle())
-}
-
-fn patch<M>(model: M, pressure: Form) -> Patch<f64, M, Form> {
-    let patch = Patch::new(PatchParameters { model, length: LENGTH, pressure });
-    patch.unwrap().under_load(LOAD).unwrap()
-}
-
-fn forms() -> [Form; 2] {
-    [PolynomialExponential::constant().padded(), PolynomialExponential::parabolic().padded()]
+fn plane() -> PlaneFrBd<Stribeck<f64>, f64, 2> {
+    PlaneFrBd::isotropic(*friction().curve(), *friction().rheology())
 }
 
 /// The way [m], after the first second, of 400 kg on a locked wheel that a force pulls while the
@@ -177,7 +158,7 @@ fn steady_sliding_is_the_load_times_the_curve() {
 #[test]
 fn a_constant_load_changes_no_bit() {
     let tyre = patch(friction(), forms()[1]);
-    let plane = patch(PlaneFrBd::isotropic(curve(), bristle()), forms()[1]);
+    let plane = patch(plane(), forms()[1]);
     let (mut exact, mut plain) = (tyre.exact_in(50).unwrap(), tyre.exact_in(50).unwrap());
     let (mut grid, mut even) = (Grid::new(&tyre, 20).unwrap(), Grid::new(&tyre, 20).unwrap());
     let (mut two, mut both) = (plane.combined_in(50).unwrap(), plane.combined_in(50).unwrap());
@@ -206,7 +187,7 @@ fn a_constant_load_changes_no_bit() {
 #[test]
 fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
     let line = patch(friction(), forms()[0]);
-    let plane = patch(PlaneFrBd::isotropic(curve(), bristle()), forms()[0]);
+    let plane = patch(plane(), forms()[0]);
     let (mut one, mut two) = (line.exact_in(60).unwrap(), plane.combined_in(60).unwrap());
     let mut grid = CombinedGrid::new(&plane, 60).unwrap();
     let mut draw = Draw(5);
@@ -233,4 +214,28 @@ fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
         let got = grid.step_field(&field, h).unwrap();
         assert_within(1e-3, 1e-3 + load, got.x, want, || format!("grid, {number}"));
     }
+}
+
+#[test]
+fn a_load_that_is_none_is_named() {
+    let (line, plane) = (patch(friction(), forms()[1]), patch(plane(), forms()[1]));
+    let (mut exact, mut grid) = (line.exact_in(50).unwrap(), Grid::new(&line, 10).unwrap());
+    let mut two = plane.combined_in(50).unwrap();
+    let mut cells = CombinedGrid::new(&plane, 10).unwrap();
+    for load in [-1.0, f64::NAN] {
+        for refused in [
+            exact.reload(load, 0.0),
+            exact.renew(load),
+            grid.reload(load, 0.0),
+            grid.renew(load),
+            two.reload(load, &Vector2::zeros()),
+            two.renew(load),
+            cells.reload(load, |_| Vector2::zeros()),
+            cells.renew(load),
+        ] {
+            assert_eq!(refused.unwrap_err().name, "normal_force");
+        }
+    }
+    assert_eq!((exact.patch().normal_force(), grid.normal_force()), (LOAD, LOAD));
+    assert_eq!((two.patch().normal_force(), cells.normal_force()), (LOAD, LOAD));
 }

@@ -1,4 +1,5 @@
 //! Rolling contact: steady, exact, on a grid, and in a braked wheel.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod characteristics;

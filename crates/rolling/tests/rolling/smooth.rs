@@ -1,18 +1,15 @@
 //! The exact reduction of a rolling patch under velocities that vary over time.
-#![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use core::ops::Range;
 
 use crate::characteristics::{SmoothHistory, gauss};
-use crate::tyre::{LENGTH, bristle, curve, patch, tyre};
-use bristle::curve::{Coulomb, CoulombParameters};
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::signal::{Function, Polyline, Signal, Vertex};
-use bristle::{Bristle, FrBd, LuGre};
-use bristle_rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, Segment,
+use crate::tyre::{
+    LENGTH, Model, constant, coulomb, exponential, frbd, lugre, motion, parabolic, patch, tyre,
 };
+use bristle::signal::{Function, Polyline, Signal, Vertex};
+use bristle::{Bristle, FrBd};
+use bristle_rolling::{ExactPatch, Motion, PolynomialExponential, Pressure, Segment};
+use bristle_specimens::specimens::spring;
 
 const END: f64 = 0.1;
 const SAMPLES: usize = 25;
@@ -21,7 +18,7 @@ type Rolling<M, const N: usize> = ExactPatch<f64, M, N, Vec<Segment<f64, N>>>;
 /// How a patch rolls over a span of time, and the force at its end.
 type Step<M, S, W, const N: usize> = fn(&mut Rolling<M, N>, &Motion<S, W>, Range<f64>) -> f64;
 
-fn followed<M: Bristle<f64, Deflection = f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
+fn followed<M: Model, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     rolling: &mut Rolling<M, N>,
     motion: &Motion<S, W>,
     span: Range<f64>,
@@ -30,7 +27,7 @@ fn followed<M: Bristle<f64, Deflection = f64>, S: Signal<f64>, W: Signal<f64>, c
 }
 
 /// The motion of the middle of the span, held.
-fn held<M: Bristle<f64, Deflection = f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
+fn held<M: Model, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     rolling: &mut Rolling<M, N>,
     motion: &Motion<S, W>,
     span: Range<f64>,
@@ -43,19 +40,13 @@ fn held<M: Bristle<f64, Deflection = f64>, S: Signal<f64>, W: Signal<f64>, const
 }
 
 /// The greatest error of the force over some samples, over the normal force.
-fn error<M, S, W, const N: usize>(
+fn error<M: Model, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
     motion: &Motion<S, W>,
     reference: &[f64],
-    parts: usize,
-    step: Step<M, S, W, N>,
-) -> f64
-where
-    M: Bristle<f64, Deflection = f64>,
-    S: Signal<f64>,
-    W: Signal<f64>,
-{
+    (parts, step): (usize, Step<M, S, W, N>),
+) -> f64 {
     let mut rolling = patch(model, pressure).exact_in(20_000).unwrap();
     let steps = SAMPLES * parts;
     let time = |number: usize| END * number as f64 / steps as f64;
@@ -69,23 +60,17 @@ where
     worst
 }
 
-fn reference<M, S, W, const N: usize>(
+/// The force of the characteristics at the samples.
+fn reference<M: Model, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
     motion: &Motion<S, W>,
     kinks: &[f64],
-) -> Vec<f64>
-where
-    M: Bristle<f64, Deflection = f64>,
-    S: Signal<f64>,
-    W: Signal<f64>,
-{
+) -> Vec<f64> {
     let v = |t: f64| motion.slip_velocity.value(t);
+    let affine = |t: f64| model.affine(v(t).into(), 0.0);
     let history = SmoothHistory {
-        coefficients: &|t| {
-            let affine = model.affine((v(t)).into(), 0.0);
-            (affine.relaxation, affine.drive * v(t))
-        },
+        coefficients: &|t| (affine(t).relaxation, affine(t).drive * v(t)),
         transport: &|t| motion.rolling_speed.value(t) / LENGTH,
         kinks,
         panel: 2e-4,
@@ -93,68 +78,49 @@ where
     let gauss = gauss();
     // ∫ p from a place to the outlet.
     let rest = |place: f64| {
-        gauss
-            .iter()
-            .map(|(node, weight)| {
-                (1.0 - place) * weight * pressure.at(place + (1.0 - place) * node)
-            })
-            .sum()
+        let part = 1.0 - place;
+        gauss.iter().map(|(node, weight)| part * weight * pressure.at(place + part * node)).sum()
     };
-    (1..=SAMPLES)
-        .map(|number| {
-            let time = END * number as f64 / SAMPLES as f64;
-            let affine = model.affine((v(time)).into(), 0.0);
-            let deflections = history.weighted(0.0, time, &rest);
-            LENGTH * (affine.stiffness * deflections + pressure.total() * affine.damping * v(time))
-        })
-        .collect()
+    let force = |number: usize| {
+        let time = END * number as f64 / SAMPLES as f64;
+        let deflections = history.weighted(0.0, time, &rest);
+        let viscous = pressure.total() * affine(time).damping * v(time);
+        LENGTH * (affine(time).stiffness * deflections + viscous)
+    };
+    (1..=SAMPLES).map(force).collect()
 }
 
-/// The slopes of the error over halved steps.
-fn orders<M, S, W, const N: usize>(
+/// The slope of the error over halved steps: of fourth order, and of second if they are held at
+/// their middle and the signals are smooth.
+fn orders<M: Model, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     name: &str,
     model: M,
     pressure: PolynomialExponential<f64, N>,
     motion: &Motion<S, W>,
     kinks: &[f64],
-) where
-    M: Bristle<f64, Deflection = f64> + Copy,
-    S: Signal<f64>,
-    W: Signal<f64>,
-{
+    smooth: bool,
+) {
     let reference = reference(model, pressure, motion, kinks);
-    check_order(name, model, pressure, motion, &reference, (followed, 4.0));
-}
-
-fn check_order<M, S, W, const N: usize>(
-    name: &str,
-    model: M,
-    pressure: PolynomialExponential<f64, N>,
-    motion: &Motion<S, W>,
-    reference: &[f64],
-    (step, order): (Step<M, S, W, N>, f64),
-) where
-    M: Bristle<f64, Deflection = f64> + Copy,
-    S: Signal<f64>,
-    W: Signal<f64>,
-{
-    let errors =
-        [8, 16, 32, 64].map(|parts| error(model, pressure, motion, reference, parts, step));
-    let mean = (errors[0] / errors[3]).log2() / 3.0;
-    // The steps cut the patch differently every time, which scatters an error.
-    assert!(mean > order - 0.35, "{name}, {order}: {errors:?}");
+    let steps: [(Step<M, S, W, N>, f64); 2] = [(followed, 4.0), (held, 2.0)];
+    for (step, order) in steps.into_iter().take(1 + usize::from(smooth)) {
+        let errors = [8, 64].map(|parts| error(model, pressure, motion, &reference, (parts, step)));
+        // The steps cut the patch differently every time, which scatters an error.
+        let mean = (errors[0] / errors[1]).log2() / 3.0;
+        assert!(mean > order - 0.35, "{name}, {order}: {errors:?}");
+    }
 }
 
 #[test]
-fn steps_held_at_their_middle_are_of_second_order() {
-    let motion =
-        Motion { slip_velocity: Function::new(swing, []), rolling_speed: Function::new(pulse, []) };
-    let uniform = PolynomialExponential::constant();
-    let reference_uniform = reference(tyre(), uniform, &motion, &reversals());
-    check_order("constant", tyre(), uniform, &motion, &reference_uniform, (held, 2.0));
-    let parabola = PolynomialExponential::parabolic();
-    let reference_parabola = reference(tyre(), parabola, &motion, &reversals());
-    check_order("parabola", tyre(), parabola, &motion, &reference_parabola, (held, 2.0));
+fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
+    let steady = Motion { slip_velocity: Function::new(swing, []), rolling_speed: 6.17 };
+    let (pulsing, kinks) = (pulsing(), reversals());
+    assert!(kinks.len() >= 4);
+    orders("FrBD, constant", tyre(), constant(), &steady, &kinks, true);
+    orders("FrBD, exponential", tyre(), exponential(0.7), &steady, &kinks, true);
+    orders("V(t), constant", tyre(), constant(), &pulsing, &kinks, true);
+    orders("V(t), parabola", tyre(), parabolic(), &pulsing, &kinks, true);
+    orders("damped", frbd(0.5), constant(), &pulsing, &kinks, true);
+    orders("LuGre", lugre(0.5), constant(), &pulsing, &kinks, true);
 }
 
 fn swing(t: f64) -> (f64, f64) {
@@ -164,6 +130,10 @@ fn swing(t: f64) -> (f64, f64) {
 
 fn pulse(t: f64) -> (f64, f64) {
     (7.0 + 4.5 * (61.0 * t).sin(), 4.5 * 61.0 * (61.0 * t).cos())
+}
+
+fn pulsing() -> Motion<impl Signal<f64>, impl Signal<f64>> {
+    Motion { slip_velocity: Function::new(swing, []), rolling_speed: Function::new(pulse, []) }
 }
 
 /// The zeros of the swing.
@@ -182,29 +152,8 @@ fn reversals() -> Vec<f64> {
 }
 
 #[test]
-fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
-    let constant = 6.17;
-    let swing = Function::new(swing, []);
-    let steady = Motion { slip_velocity: swing, rolling_speed: constant };
-    let pulsing = Motion { slip_velocity: swing, rolling_speed: Function::new(pulse, []) };
-    let kinks = reversals();
-    assert!(kinks.len() >= 4);
-    let exponential = PolynomialExponential::exponential(0.7).unwrap();
-    let uniform = PolynomialExponential::constant();
-    let parabola = PolynomialExponential::parabolic();
-    orders("FrBD, constant", tyre(), uniform, &steady, &kinks);
-    orders("FrBD, exponential", tyre(), exponential, &steady, &kinks);
-    orders("FrBD, parabola", tyre(), parabola, &steady, &kinks);
-    orders("V(t), constant", tyre(), uniform, &pulsing, &kinks);
-    orders("V(t), exponential", tyre(), exponential, &pulsing, &kinks);
-    orders("V(t), parabola", tyre(), parabola, &pulsing, &kinks);
-    orders("damped", FrBd::new(curve(), bristle(0.5)), uniform, &pulsing, &kinks);
-    orders("LuGre", LuGre::classical(curve(), bristle(0.5)), uniform, &pulsing, &kinks);
-}
-
-#[test]
 fn the_error_of_the_force_is_within_the_tolerance() {
-    fn each<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
+    fn each<M: Model, const N: usize>(
         name: &str,
         model: M,
         pressure: PolynomialExponential<f64, N>,
@@ -230,24 +179,19 @@ fn the_error_of_the_force_is_within_the_tolerance() {
             assert!(few <= 2 * many, "{name}, {tolerance:e}: {few}, {many} segments");
         }
     }
-    let swing = Function::new(swing, []);
-    let steady = Motion { slip_velocity: swing, rolling_speed: 6.17 };
-    let pulsing = Motion { slip_velocity: swing, rolling_speed: Function::new(pulse, []) };
-    let (uniform, parabola) =
-        (PolynomialExponential::constant(), PolynomialExponential::parabolic());
-    each("FrBD, constant", tyre(), uniform, &steady);
-    each("FrBD, parabola", tyre(), parabola, &pulsing);
-    each("damped", FrBd::new(curve(), bristle(0.5)), uniform, &pulsing);
-    each("LuGre", LuGre::classical(curve(), bristle(0.5)), parabola, &pulsing);
-    let stiff = KelvinVoigtParameters { micro_stiffness: 1e5, micro_damping: 0.0 };
-    each("stiff", FrBd::new(curve(), KelvinVoigt::new(stiff).unwrap()), parabola, &pulsing);
+    let steady = Motion { slip_velocity: Function::new(swing, []), rolling_speed: 6.17 };
+    let pulsing = pulsing();
+    each("FrBD, constant", tyre(), constant(), &steady);
+    each("FrBD, parabola", tyre(), parabolic(), &pulsing);
+    each("damped", frbd(0.5), constant(), &pulsing);
+    each("LuGre", lugre(0.5), parabolic(), &pulsing);
+    each("stiff", FrBd::new(*tyre().curve(), spring(1e5)), parabolic(), &pulsing);
 }
 
 #[test]
 fn a_standing_patch_and_single_precision_keep_a_tolerance() {
     // All bristles of a patch that stands are one.
-    let pressure = PolynomialExponential::constant();
-    let mut standing = patch(tyre(), pressure).exact_in(100).unwrap();
+    let mut standing = patch(tyre(), constant()).exact_in(100).unwrap();
     let mut fine = standing.clone();
     let motion = Motion { slip_velocity: Function::new(swing, []), rolling_speed: 0.0 };
     let got = standing.follow_within(&motion, 0.0..END, 1e-8).unwrap();
@@ -258,12 +202,7 @@ fn a_standing_patch_and_single_precision_keep_a_tolerance() {
     }
     assert!((got - want).abs() < 1e-8 * LENGTH, "{got:e} {want:e}");
 
-    let curve =
-        Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5_f32, viscous_friction: 0.0 });
-    let spring = KelvinVoigtParameters { micro_stiffness: 252.0_f32, micro_damping: 0.0 };
-    let model = FrBd::new(curve.unwrap(), KelvinVoigt::new(spring).unwrap());
-    let pressure = PolynomialExponential::constant();
-    let single = Patch::new(PatchParameters { model, length: 0.1_f32, pressure }).unwrap();
+    let single = patch(coulomb::<f32>(0.5, 0.0), constant());
     let swing =
         Function::new(|t: f32| (0.1 + 0.3 * (100.0 * t).sin(), 30.0 * (100.0 * t).cos()), []);
     let motion = Motion { slip_velocity: swing, rolling_speed: 6.0_f32 };
@@ -275,7 +214,7 @@ fn a_standing_patch_and_single_precision_keep_a_tolerance() {
 
 #[test]
 fn a_tolerance_that_cannot_be_kept_is_refused() {
-    let mut rolling = patch(tyre(), PolynomialExponential::constant()).exact_in(400).unwrap();
+    let mut rolling = patch(tyre(), constant()).exact_in(400).unwrap();
     let before = format!("{rolling:?}");
     let motion = Motion { slip_velocity: Function::new(swing, []), rolling_speed: 6.17 };
     for tolerance in [0.0, -1.0, 1e-14, f64::NAN, f64::INFINITY] {
@@ -307,51 +246,18 @@ fn kinks_and_jumps_of_the_signals_do_not_spoil_the_order() {
     let mut kinks = vec![0.0113, 0.0319, 0.0517];
     kinks.push(bristle_specimens::root(0.02, 0.05, |t| -v(t)));
     kinks.push(bristle_specimens::root(0.06, 0.099, v));
-    orders("polyline", tyre(), PolynomialExponential::constant(), &motion, &kinks);
-}
-
-#[test]
-fn halving_the_step_converges_to_itself() {
-    // Nothing but the method: errors against a run of an eighth of the finest step.
-    let slip = Function::new(|t: f64| (0.2 + 0.1 * (80.0 * t).sin(), 8.0 * (80.0 * t).cos()), []);
-    let motion = Motion { slip_velocity: slip, rolling_speed: Function::new(pulse, []) };
-    let run = |parts: usize| {
-        let mut rolling =
-            patch(tyre(), PolynomialExponential::constant()).exact_in(20_000).unwrap();
-        let steps = 20 * parts;
-        let time = |number: usize| END * number as f64 / steps as f64;
-        let mut forces = Vec::new();
-        for number in 0..steps {
-            let span = time(number)..time(number + 1);
-            let force = rolling.follow(&motion, span).unwrap();
-            if (number + 1) % parts == 0 {
-                forces.push(force);
-            }
-        }
-        forces
-    };
-    let fine = run(256);
-    let errors = [8, 32].map(|parts| {
-        let apart = run(parts).into_iter().zip(&fine).map(|(a, b)| (a - b).abs());
-        apart.fold(0.0, f64::max)
-    });
-    // 4⁴ = 256, less some scatter.
-    assert!(errors[0] / errors[1] > 150.0 && errors[1] < 1e-10, "{errors:?}");
+    orders("polyline", tyre(), constant(), &motion, &kinks, false);
 }
 
 #[test]
 fn constant_signals_make_a_held_step() {
-    let new = || patch(tyre(), PolynomialExponential::parabolic()).exact_in(200).unwrap();
+    let new = || patch(tyre(), parabolic()).exact_in(200).unwrap();
     let (mut held, mut followed) = (new(), new());
     for number in 0..300 {
-        let v = 0.3 * (f64::from(number % 7) - 3.0);
-        let transport = 20.0 * f64::from(number % 4);
-        let h = 1e-3 * f64::from(1 + number % 5);
-        let motion = Motion { slip_velocity: v, rolling_speed: LENGTH * transport };
-        let got = followed.follow(&motion, 5.0..5.0 + h).unwrap();
-        let h = (5.0 + h) - 5.0;
-        let want =
-            held.step(Motion { slip_velocity: v, rolling_speed: LENGTH * transport }, h).unwrap();
+        let motion = motion(0.3 * (f64::from(number % 7) - 3.0), 20.0 * f64::from(number % 4));
+        let end = 5.0 + 1e-3 * f64::from(1 + number % 5);
+        let got = followed.follow(&motion, 5.0..end).unwrap();
+        let want = held.step(motion, end - 5.0).unwrap();
         assert!((got - want).abs() < 1e-14 * LENGTH, "{number}: {got:e} {want:e}");
     }
 }
@@ -360,13 +266,10 @@ fn constant_signals_make_a_held_step() {
 fn a_stiff_bristle_follows_its_stationary_deflection() {
     // λh from 2e4 to 2e5 while V h = 0.01: the force is that of full sliding at the end of the
     // step, except near the inlet.
-    let curve = curve();
-    let stiff =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e7, micro_damping: 0.0 });
-    let model = FrBd::new(curve, stiff.unwrap());
+    let model = FrBd::new(*tyre().curve(), spring(1e7));
     let slip = Function::new(|t: f64| (5.0 + 4.0 * (30.0 * t).sin(), 120.0 * (30.0 * t).cos()), []);
     let motion = Motion { slip_velocity: slip, rolling_speed: 1.0 };
-    let mut rolling = patch(model, PolynomialExponential::parabolic()).exact_in(400).unwrap();
+    let mut rolling = patch(model, parabolic()).exact_in(400).unwrap();
     for number in 0..400 {
         let time = 1e-3 * f64::from(number);
         let force = rolling.follow(&motion, time..time + 1e-3).unwrap();
@@ -396,21 +299,17 @@ fn a_patch_comes_to_rest_and_starts_again() {
     };
     let mut kinks = reversals();
     kinks.extend([0.04, 0.06]);
-    let reference = reference(tyre(), PolynomialExponential::constant(), &motion, &kinks);
-    let error = |parts| {
-        error(tyre(), PolynomialExponential::constant(), &motion, &reference, parts, followed)
-    };
-    let errors = [error(16), error(64)];
+    let reference = reference(tyre(), constant(), &motion, &kinks);
+    let errors =
+        [16, 64].map(|parts| error(tyre(), constant(), &motion, &reference, (parts, followed)));
     // Bristles that come in at V → 0 have a profile like √ξ, which costs orders, not sense.
     assert!(errors[0] < 1e-8 && errors[1] < 1e-10, "{errors:?}");
 }
 
 #[test]
 fn bad_signals_are_refused_by_name_and_change_nothing() {
-    let mut rolling =
-        patch(tyre(), PolynomialExponential::parabolic()).exact([Segment::default(); 50]).unwrap();
-    let good =
-        Motion { slip_velocity: Function::new(swing, []), rolling_speed: Function::new(pulse, []) };
+    let mut rolling = patch(tyre(), parabolic()).exact([Segment::default(); 50]).unwrap();
+    let good = pulsing();
     for number in 0..20 {
         let time = 1e-3 * f64::from(number);
         rolling.follow(&good, time..time + 1e-3).unwrap();
@@ -425,7 +324,7 @@ fn bad_signals_are_refused_by_name_and_change_nothing() {
         |t| if t > 0.6 { f64::NAN } else { 1.0 },
     ];
     for slip in bad_slips {
-        let motion = Motion { slip_velocity: function(slip), rolling_speed: good_speed() };
+        let motion = Motion { slip_velocity: function(slip), rolling_speed: 1.0 };
         let refused = rolling.follow(&motion, 0.0..1.0).unwrap_err();
         assert_eq!(refused.name, "slip_velocity");
     }
@@ -449,26 +348,6 @@ fn bad_signals_are_refused_by_name_and_change_nothing() {
     assert_eq!(format!("{rolling:?}"), before);
 }
 
-fn good_speed() -> f64 {
-    1.0
-}
-
-#[test]
-fn following_allocates_nothing() {
-    let mut slots = [Segment::default(); 100];
-    let motion =
-        Motion { slip_velocity: Function::new(swing, []), rolling_speed: Function::new(pulse, []) };
-    let counted = allocation_counter::measure(|| {
-        let mut rolling =
-            patch(tyre(), PolynomialExponential::parabolic()).exact(&mut slots[..]).unwrap();
-        for number in 0..100 {
-            let time = 1e-3 * f64::from(number);
-            rolling.follow(&motion, time..time + 1e-3).unwrap();
-        }
-    });
-    assert_eq!(counted.count_total, 0);
-}
-
 #[test]
 fn a_rolling_speed_that_swings_fast_keeps_a_tolerance_at_a_constant_slip_velocity() {
     // Pieces far shorter than the patch: what they change of the deflections is far smaller than
@@ -477,8 +356,7 @@ fn a_rolling_speed_that_swings_fast_keeps_a_tolerance_at_a_constant_slip_velocit
     let speed = |t: f64| (2.0 + 1.8 * (w * t).sin(), 1.8 * w * (w * t).cos());
     let motion = Motion { slip_velocity: 0.02, rolling_speed: Function::new(speed, []) };
     let forces = |tolerance: f64| -> Vec<f64> {
-        let mut rolling =
-            patch(tyre(), PolynomialExponential::constant()).exact_in(20_000).unwrap();
+        let mut rolling = patch(tyre(), constant()).exact_in(20_000).unwrap();
         let span = |n: u32| f64::from(n) * 0.004..f64::from(n + 1) * 0.004;
         (0..10).map(|n| rolling.follow_within(&motion, span(n), tolerance).unwrap()).collect()
     };

@@ -1,34 +1,49 @@
 //! The tyre of Romano et al. (arXiv 2602.09429, table 1), with and without dashpots.
 
-use bristle::curve::Stribeck;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::regularisation::Unregularised;
+use bristle::rheology::KelvinVoigt;
 use bristle::signal::Function;
-use bristle::{FrBd, paper};
-use bristle_rolling::{FunctionPressure, Motion, Patch, PatchParameters, Pressure};
+use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, Scalar, paper};
+use bristle_rolling::{
+    FunctionPressure, Motion, Patch, PatchParameters, PolynomialExponential,
+    PolynomialExponentialParameters, Pressure,
+};
+use bristle_specimens::{lit, specimens};
 
 /// Length of its contact patch [m].
 pub(crate) const LENGTH: f64 = bristle_rolling::TYRE_LENGTH;
+/// σ0 [1/m]
+pub(crate) const STIFFNESS: f64 = 252.0;
+/// The load of [`loaded`] [N].
+pub(crate) const LOAD: f64 = 4000.0;
+
+/// A model of one deflection.
+pub(crate) trait Model: Bristle<f64, Deflection = f64> + Copy {}
+impl<M: Bristle<f64, Deflection = f64> + Copy> Model for M {}
 
 /// A motion whose bristles cross its patch `transport` times a second.
 pub(crate) fn motion(slip_velocity: f64, transport: f64) -> Motion<f64> {
     Motion { slip_velocity, rolling_speed: LENGTH * transport }
 }
 
-/// Its friction curve.
-pub(crate) fn curve() -> Stribeck<f64> {
-    Stribeck::new(paper::TYRE_CURVE).unwrap()
+pub(crate) type Tyre<T = f64> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
+
+/// Its model with a damping σ1 [s/m], in some scalar type.
+pub(crate) fn frbd_of<T: Scalar>(micro_damping: f64) -> Tyre<T> {
+    let curve = paper::TYRE_CURVE;
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: lit(curve.static_coefficient),
+        dynamic_coefficient: lit(curve.dynamic_coefficient),
+        stribeck_velocity: lit(curve.stribeck_velocity),
+        stribeck_exponent: lit(curve.stribeck_exponent),
+        viscous_friction: lit(curve.viscous_friction),
+    });
+    FrBd::new(curve.unwrap(), specimens::kelvin_voigt(lit(STIFFNESS), lit(micro_damping)))
 }
 
-/// Its bristle with a damping σ1 [s/m].
-pub(crate) fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap()
-}
-
-pub(crate) type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
-
-/// Its model with that.
 pub(crate) fn frbd(micro_damping: f64) -> Tyre {
-    FrBd::new(curve(), bristle(micro_damping))
+    frbd_of(micro_damping)
 }
 
 /// Its model.
@@ -36,19 +51,71 @@ pub(crate) fn tyre() -> Tyre {
     frbd(0.0)
 }
 
-/// Its patch with another model, under a pressure as it is given.
-pub(crate) fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
-    Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap()
+/// The classical LuGre model of the same.
+pub(crate) fn lugre(
+    micro_damping: f64,
+) -> LuGre<Stribeck<f64>, KelvinVoigt<f64>, Unregularised, f64> {
+    LuGre::classical(*tyre().curve(), *frbd(micro_damping).rheology())
 }
 
-/// That patch under 4000 N.
+/// That with the viscous friction inside.
+pub(crate) fn lugre_inside(
+    micro_damping: f64,
+) -> LuGre<Stribeck<f64>, KelvinVoigt<f64>, Unregularised, f64> {
+    specimens::lugre_inside(*tyre().curve(), *frbd(micro_damping).rheology())
+}
+
+pub(crate) fn dahl() -> Dahl<f64> {
+    Dahl::new(DahlParameters { dynamic_coefficient: 0.4, micro_stiffness: STIFFNESS }).unwrap()
+}
+
+/// Coulomb bristles of its stiffness.
+pub(crate) fn coulomb<T: Scalar>(
+    dynamic_coefficient: f64,
+    micro_damping: f64,
+) -> FrBd<Coulomb<T>, KelvinVoigt<T>> {
+    let dynamic_coefficient = lit(dynamic_coefficient);
+    let curve = Coulomb::new(CoulombParameters { dynamic_coefficient, viscous_friction: lit(0.0) });
+    FrBd::new(curve.unwrap(), specimens::kelvin_voigt(lit(STIFFNESS), lit(micro_damping)))
+}
+
+/// Its patch with another model, under a pressure as it is given.
+pub(crate) fn patch<T: Scalar, M, P: Pressure<T>>(model: M, pressure: P) -> Patch<T, M, P> {
+    Patch::new(PatchParameters { model, length: lit(LENGTH), pressure }).unwrap()
+}
+
+/// That patch under [`LOAD`].
 pub(crate) fn loaded<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
-    patch(model, pressure).under_load(4000.0).unwrap()
+    patch(model, pressure).under_load(LOAD).unwrap()
+}
+
+pub(crate) fn constant<T: Scalar>() -> PolynomialExponential<T, 1> {
+    PolynomialExponential::constant()
+}
+
+pub(crate) fn parabolic<T: Scalar>() -> PolynomialExponential<T, 3> {
+    PolynomialExponential::parabolic()
+}
+
+pub(crate) fn exponential<T: Scalar>(decay: f64) -> PolynomialExponential<T, 1> {
+    PolynomialExponential::exponential(lit(decay)).unwrap()
+}
+
+/// Σ cₖ ξᵏ e^(−aξ)
+pub(crate) fn polynomial<const N: usize>(
+    coefficients: [f64; N],
+    decay: f64,
+) -> PolynomialExponential<f64, N> {
+    PolynomialExponential::new(PolynomialExponentialParameters { coefficients, decay }).unwrap()
+}
+
+/// Falls everywhere, and not evenly.
+pub(crate) fn falling() -> PolynomialExponential<f64, 3> {
+    polynomial([1.0, -0.3, -0.6], 0.2)
 }
 
 /// A held step of its bristles.
-#[cfg(feature = "alloc")]
-pub(crate) fn step_of<M: bristle::Bristle<f64, Deflection = f64>>(
+pub(crate) fn step_of<M: Model>(
     model: &M,
     v: f64,
     transport: f64,
@@ -67,5 +134,13 @@ pub(crate) fn table(points: [(f64, f64); 4]) -> impl Pressure<f64> + Copy {
         let part = (place - from) / (to - from);
         (start * (1.0 - part) + end * part, (end - start) / (to - from))
     };
-    FunctionPressure::new(Function::new(lines, [points[1].0, points[2].0])).unwrap()
+    function(lines, [points[1].0, points[2].0])
+}
+
+/// The pressure (p, p') with kinks at some places.
+pub(crate) fn function<const N: usize>(
+    value: impl Fn(f64) -> (f64, f64) + Copy,
+    kinks: [f64; N],
+) -> impl Pressure<f64> + Copy {
+    FunctionPressure::new(Function::new(value, kinks)).unwrap()
 }

@@ -7,6 +7,7 @@ use bristle::control::{
     VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::{Bristle, FrBd, LuGre, Scalar};
+use bristle_adaptation::{AdaptiveFriction, AdaptiveFrictionParameters, FrictionEstimate, Sample};
 
 use crate::steps::{Answer, bristle, dahl_model, elasto_plastic_model, implicit_model, stribeck};
 use crate::{Input, lit};
@@ -141,4 +142,46 @@ pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
 pub(crate) fn implicit<T: Scalar>(input: &Input<T>) -> Answer<T> {
     let model = implicit_model(input)?;
     Ok(forward_of(model, input)? + feedback_of(model, input)?)
+}
+
+/// Friction that is followed, and its estimate handed to a compensator.
+pub(crate) fn adaptation<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let model = FrBd::new(stribeck(input)?, bristle(input)?);
+    let [displacements, forces, loads, _] = &input.many;
+    let [slowest, noise, memory, ..] = input.gains;
+    let bounds = input.knots.map(|[idle_load, load_share]| FrictionEstimate {
+        idle_load,
+        load_share,
+        drag: idle_load,
+        offset: load_share,
+    });
+    let [start, least, most, ..] = bounds;
+    let mut adaptive = AdaptiveFriction::new(AdaptiveFrictionParameters {
+        model,
+        mass: input.mass,
+        sample_time: input.duration,
+        corner: input.time_constant,
+        slowest,
+        fastest: input.fastest,
+        noise,
+        memory,
+        start,
+        least,
+        most,
+    })?;
+    let given = |contact| FeedForwardParameters {
+        contact,
+        sample_time: input.duration,
+        fastest: input.fastest,
+        output: output(input),
+    };
+    let mut compensator =
+        FeedForwardCompensator::new(given(model.under_load(input.normal_force)?))?;
+    let mut sum = T::zero();
+    for ((&displacement, &force), &load) in displacements.iter().zip(forces).zip(loads) {
+        let estimate = adaptive.step(Sample { displacement, force, load }).estimate;
+        compensator.change(given(model.under_load(estimate.normal_force(load))?))?;
+        sum += compensator.step(input.velocity).force + estimate.beside(input.velocity);
+    }
+    Ok(sum + adaptive.deviation().drag)
 }

@@ -141,6 +141,7 @@ entries! {
     control::dahl => entry_control_dahl_f32, entry_control_dahl_f64;
     control::elasto_plastic => entry_control_elasto_plastic_f32, entry_control_elasto_plastic_f64;
     control::implicit => entry_control_implicit_f32, entry_control_implicit_f64;
+    control::adaptation => entry_control_adaptation_f32, entry_control_adaptation_f64;
     many::stribeck_curve => entry_many_stribeck_f32, entry_many_stribeck_f64;
     many::rational => entry_many_rational_f32, entry_many_rational_f64;
     many::spring => entry_many_spring_f32, entry_many_spring_f64;

@@ -1,0 +1,211 @@
+//! The derivatives of one contact over one step.
+//!
+//! With x = λh and the weights e⁻ˣ, φ1, φ2, frozen at the prediction,
+//!
+//! β = P c₀ φ1 z₀,  D = P (c₀ r h φ2 + c₂),  z₁ = e⁻ˣ z₀ + h φ1 r s̄:
+//!
+//! five partial derivatives ∂β/∂z₀, D = ∂F̄/∂s̄, ∂z₁/∂z₀, ∂z₁/∂s̄ and those by the prediction.
+
+use super::Differentiable;
+use crate::contacts::ContactState;
+use bristle::companion::{Companion, CompanionStep};
+use bristle::rheology::HeldWeights as _;
+use bristle::root::enclose;
+use bristle::scalar::{is_zero, lit};
+use bristle::{Affine, Branch, Scalar, Surface};
+
+/// The derivatives of a loss by what a contact keeps. All zero where the loss does not ask for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactAdjoint<T> {
+    /// By the deflection [1/m].
+    pub deflection: T,
+    /// By the normal force of the last step [1/N]; after a step with loads of its own that of the
+    /// step before.
+    pub load: T,
+    /// By the load that was given to the step [1/N].
+    pub given_load: T,
+    /// By the sliding velocity at the beginning of the last step [s/m].
+    pub(crate) before: T,
+    pub(crate) trace: Trace<T>,
+}
+
+/// All zero.
+impl<T: Scalar> Default for ContactAdjoint<T> {
+    fn default() -> Self {
+        let [deflection, load, given_load, before] = [T::zero(); 4];
+        Self { deflection, load, given_load, before, trace: Trace::new([T::zero(); 3], None) }
+    }
+}
+
+/// What a step began with, and what it met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Trace<T> {
+    predicted: T,
+    /// Whether the prediction is the sliding velocity alone.
+    alone: bool,
+    deflection: T,
+    load: [T; 2],
+    /// s̄, and ∂loss/∂s̄ by way of the deflection.
+    pub(crate) mean: T,
+    pub(crate) by_mean: T,
+    /// Whether the limit has cut the deflection.
+    cut: bool,
+}
+
+/// φ1' and φ2'.
+fn slopes<T: Scalar>(x: T, [decay, phi1, phi2]: [T; 3]) -> [T; 2] {
+    if x < lit(0.5) {
+        // φ3 = Σ (−x)ᵏ/(k + 3)!, cut below 1e-16
+        let mut phi3 = T::zero();
+        for k in (3..16).rev() {
+            phi3 = (T::one() - x * phi3) / lit(f64::from(k));
+        }
+        let phi3 = phi3 * lit(0.5);
+        [phi2 - phi1, phi3 + phi3 - phi2]
+    } else {
+        let first = (decay - phi1) / x;
+        [first, -(first + phi2) / x]
+    }
+}
+
+impl<T: Scalar> Trace<T> {
+    /// Before the step, from the sliding velocities without belt and with it, and the load.
+    pub(crate) fn new([without, sliding, load]: [T; 3], state: Option<&ContactState<T>>) -> Self {
+        let before = state.and_then(ContactState::before);
+        let last = before.map_or(sliding, |before| before + (sliding - without));
+        let alone = sliding * last < T::zero() || before.is_none();
+        let ahead = if alone { T::zero() } else { lit::<T>(0.5) * (sliding - last) };
+        let (mean, by_mean, cut) = (T::zero(), T::zero(), false);
+        let deflection = state.map_or(T::zero(), ContactState::deflection);
+        let load = [state.map_or(load, ContactState::load), load];
+        Self { predicted: sliding + ahead, alone, deflection, load, mean, by_mean, cut }
+    }
+}
+
+impl<T: Scalar> ContactAdjoint<T> {
+    /// Of a step without loads of its own: the load was that of the step before.
+    pub(crate) fn keep_load(&mut self) {
+        self.load += self.given_load;
+        self.given_load = T::zero();
+    }
+
+    /// After the step, with its mean sliding velocity: the derivative by that.
+    pub(crate) fn by_mean(&mut self, state: &ContactState<T>, mean: T) -> T {
+        let Some(step) = state.frozen() else { return T::zero() };
+        let drive = step.coefficients().drive;
+        self.trace.mean = mean;
+        self.trace.cut = step.weights().end(step.deflection(), drive * mean) != state.deflection();
+        if !self.trace.cut {
+            self.trace.by_mean = self.deflection * step.weights().end(T::zero(), drive);
+        }
+        self.trace.by_mean
+    }
+
+    /// With the derivatives by β and D: adds those by the parameters to a gradient, changes to
+    /// those by what the contact was before the step, and returns that by the sliding velocity s₀.
+    pub(crate) fn pull_back<M: Differentiable<T>>(
+        &mut self,
+        companion: &Companion<T, M>,
+        duration: T,
+        state: &ContactState<T>,
+        by: [T; 2],
+        gradient: &mut [T],
+    ) -> T {
+        let Some(step) = state.frozen() else { return T::zero() };
+        let (reference, trace) = (companion.contact().reference_load(), self.trace);
+        let (end, reloaded, [before, after]) = (state.deflection(), step.deflection(), trace.load);
+        let scale = if after == reference { T::one() } else { after / reference };
+        let on = Surface::scaled(trace.predicted, scale);
+        let by_end = if trace.cut { T::zero() } else { self.deflection };
+        let (mut by_reloaded, by) = by_coefficients(step, duration, trace.mean, by, by_end);
+        let mut by_surface = [T::zero(); 2];
+        if !is_zero(scale) {
+            by_surface = companion.contact().model().pull_back(on, &by, gradient);
+        }
+        let mut stationary = |by: T, at: T| {
+            let terms = stationary(companion, on, [by, at], gradient);
+            (0..2).for_each(|i| by_surface[i] += terms[i]);
+        };
+        if trace.cut && end.abs() == reloaded.abs() {
+            by_reloaded += if end == reloaded { self.deflection } else { -self.deflection };
+        } else if trace.cut {
+            stationary(self.deflection, end);
+        }
+        let (ratio, [mut by_load, mut by_before]) = (after / before, [T::zero(); 2]);
+        self.deflection = by_reloaded;
+        if reloaded != trace.deflection && reloaded == trace.deflection * ratio {
+            self.deflection = by_reloaded * ratio;
+            if !is_zero(after) {
+                by_load = by_reloaded * trace.deflection / before;
+                by_before = -by_load * ratio;
+            }
+        } else if reloaded != trace.deflection {
+            stationary(by_reloaded, reloaded);
+            self.deflection = T::zero();
+        }
+        let [by_velocity, by_scale] = by_surface;
+        by_load += if reference > T::zero() { by_scale / reference } else { T::zero() };
+        (self.given_load, self.load) = (self.load + by_load, by_before);
+        self.before = if trace.alone { T::zero() } else { -lit::<T>(0.5) * by_velocity };
+        by_velocity - self.before
+    }
+}
+
+/// From the derivatives by β, D and z₁, those by z₀ and the coefficients.
+fn by_coefficients<T: Scalar>(
+    step: &CompanionStep<T>,
+    duration: T,
+    mean: T,
+    by: [T; 2],
+    by_end: T,
+) -> (T, Affine<T>) {
+    let (weights, load, start) = (step.weights(), step.reference_load(), step.deflection());
+    let Affine { relaxation, drive, stiffness, .. } = *step.coefficients();
+    let (decay, phi1) = (weights.end(T::one(), T::zero()), weights.undriven_mean(T::one()));
+    let driven = weights.driven_mean(T::one());
+    let phi2 = if is_zero(duration) { lit(0.5) } else { driven / duration };
+    let [phi1_slope, phi2_slope] = slopes(relaxation * duration, [decay, phi1, phi2]);
+    let [by_bias, by_damper] = by.map(|by| by * load);
+    let by_phi1 = by_bias * stiffness * start + by_end * duration * drive * mean;
+    let by_phi2 = by_damper * stiffness * drive * duration;
+    let by_x = by_phi1 * phi1_slope + by_phi2 * phi2_slope - by_end * start * decay;
+    let by = Affine {
+        relaxation: by_x * duration,
+        drive: by_damper * stiffness * driven + by_end * phi1 * mean * duration,
+        stiffness: by_bias * phi1 * start + by_damper * drive * driven,
+        damping: by_damper,
+    };
+    (by_bias * stiffness * phi1 + by_end * decay, by)
+}
+
+/// A deflection was cut to z_ss(u), at the predicted speed, at rest, at the fastest or at the
+/// summit of the curve: adds its derivatives by the parameters to a gradient, and returns those by
+/// the predicted velocity and the scale.
+#[cold]
+fn stationary<T: Scalar, M: Differentiable<T>>(
+    companion: &Companion<T, M>,
+    on: Surface<T>,
+    [by, at]: [T; 2],
+    gradient: &mut [T],
+) -> [T; 2] {
+    let (model, predicted) = (companion.contact().model(), on.velocity());
+    let surface = |speed: T| Surface::scaled(Branch::Forward.of(speed), on.scale());
+    let off = |speed: T| (model.stationary(surface(speed)).abs() - at.abs()).abs();
+    let speeds = [predicted.abs(), T::zero(), companion.fastest()];
+    let closer = |one: T, other: T| if off(other) < off(one) { other } else { one };
+    let mut speed = speeds.into_iter().fold(speeds[0], closer);
+    if !(off(speed) <= lit::<T>(16.0) * T::default_epsilon() * at.abs()) {
+        // The deflection at the summit does not depend on its place.
+        let slope = |at: T| model.pull_back_stationary(surface(at), T::one(), &mut [])[0];
+        let mut falling = companion.fastest();
+        for _ in 0..64 {
+            falling *= if slope(falling) < T::zero() { T::one() } else { lit(0.5) };
+        }
+        let (start, end) = ((T::zero(), slope(T::zero())), (falling, slope(falling)));
+        speed = enclose(slope, start, end, T::zero()).1;
+    }
+    let by = if at < T::zero() { -by } else { by };
+    let [slope, by_scale] = model.pull_back_stationary(surface(speed), by, gradient);
+    let slope = if predicted < T::zero() { -slope } else { slope };
+    [if speed == speeds[0] { slope } else { T::zero() }, by_scale]
+}

@@ -1,0 +1,414 @@
+//! Branches of periodic motions over a parameter, by pseudo-arclength.
+//!
+//! y = (x₀, T, p),  G(y) = 0,  G_y t = 0,  t·(y − y_i − s t) = 0
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x₀, T | a state of the motion, and its period | of each state, s |
+//! | p | parameter, in units of the width of its range | – |
+//! | G | what shooting makes zero: the motion does not close, its phase is not fixed | – |
+//! | t | tangent of the branch, a unit vector in x₀ (over its scales) and p | – |
+//! | s | step along the tangent | – |
+//!
+//! The branch runs through folds, where p turns back, as if they were not there: it is followed in
+//! s. A fold is a zero of the component t_p, where a multiplier μ passes 1; a crossing of branches
+//! one of ∏(1 − μ) elsewhere; a flip (period doubling) one of ∏(1 + μ). They are found by false
+//! position.
+//!
+//! Source: H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems"
+//! (1977); A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 6.1.
+
+use core::ops::Range;
+
+use bristle::ode::System;
+use bristle::parameter::{Named, ParameterError};
+use nalgebra::{Complex, DMatrix, DVector, SVector};
+
+use crate::flow::{Flow, end, flow};
+use crate::shooting::{
+    Newton, checked_scales, free_equations, identity, orbit, scaled_rate, solve,
+};
+use crate::{Guess, Orbit, PeriodicError, Shooting};
+
+/// How a branch is followed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Continuation {
+    /// The runs and iterations for each point.
+    pub shooting: Shooting,
+    /// The branch ends where it leaves this range of the parameter.
+    pub range: Range<f64>,
+    /// The first step of the parameter, with its sign: in which direction the branch is followed.
+    pub first_step: f64,
+    /// Largest step along the branch, in units of the scales of the states and of the width of the
+    /// range.
+    pub largest_step: f64,
+    /// Points, at most.
+    pub most_points: usize,
+    /// Whether the branch ends where its motions lose their stability.
+    pub stable_only: bool,
+}
+
+impl Continuation {
+    /// Upwards, first by a hundredth of the range, in steps of a tenth at most, with up to 400
+    /// points, whether stable or not.
+    pub fn over(range: Range<f64>) -> Self {
+        let first_step = 0.01 * (range.end - range.start);
+        let shooting = Shooting { most_iterations: 12, ..Shooting::default() };
+        Self {
+            shooting,
+            range,
+            first_step,
+            largest_step: 0.1,
+            most_points: 400,
+            stable_only: false,
+        }
+    }
+
+    fn checked(&self) -> Result<f64, ParameterError> {
+        let Range { start, end } = self.range;
+        Named("range.start", start).finite()?;
+        Named("range.end", end).finite()?;
+        Named("width of the range", end - start).positive()?;
+        Named("first_step", self.first_step.abs()).positive()?;
+        Named("largest_step", self.largest_step).positive()?;
+        Named("most_points", self.most_points).count(1)?;
+        Ok(end - start)
+    }
+}
+
+/// What is special about a point of a branch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PointKind {
+    /// Nothing.
+    Regular,
+    /// The branch turns back: two motions, one of them unstable, meet and vanish.
+    Fold,
+    /// A motion of twice the period branches off.
+    Flip,
+    /// Another branch crosses: a symmetric motion becomes one of two that are not.
+    Crossing,
+}
+
+/// A point of a branch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BranchPoint<const N: usize> {
+    /// The parameter.
+    pub parameter: f64,
+    /// The motion.
+    pub orbit: Orbit<N>,
+    /// What is special about it.
+    pub kind: PointKind,
+}
+
+/// Why a branch ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum BranchEnd {
+    /// It leaves the range of the parameter.
+    Range,
+    /// It has as many points as were allowed.
+    Points,
+    /// Its motions lose their stability, and only stable ones were asked for.
+    Unstable,
+    /// No shorter step finds a next point: why the last trial failed.
+    Lost(PeriodicError),
+}
+
+/// A branch of periodic motions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrbitBranch<const N: usize> {
+    /// Its points in their order, at least one.
+    pub points: Vec<BranchPoint<N>>,
+    /// Why it ends after the last one.
+    pub end: BranchEnd,
+}
+
+impl<const N: usize> OrbitBranch<N> {
+    /// The folds, flips and crossings.
+    pub fn special(&self) -> impl Iterator<Item = &BranchPoint<N>> {
+        self.points.iter().filter(|point| point.kind != PointKind::Regular)
+    }
+}
+
+/// The unknowns y; the parameter over the width of its range.
+#[derive(Debug, Clone, Copy)]
+struct Unknowns<const N: usize> {
+    guess: Guess<N>,
+    parameter: f64,
+}
+
+/// A point that was found, with the tangent there.
+struct Found<const N: usize> {
+    unknowns: Unknowns<N>,
+    orbit: Orbit<N>,
+    /// In x₀, T and p.
+    tangent: DVector<f64>,
+    /// How far the point lies from its prediction.
+    off: f64,
+}
+
+/// The period that inputs force at a parameter.
+type Forced<'a> = Option<&'a dyn Fn(f64) -> f64>;
+
+/// The problem of a branch: the system at each parameter.
+struct Problem<'a, F, const N: usize, const K: usize> {
+    system: F,
+    period: Forced<'a>,
+    shooting: Shooting,
+    scales: SVector<f64, N>,
+    width: f64,
+}
+
+impl Continuation {
+    /// The branch of cycles through a guess at a parameter, of systems without inputs.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a range that is empty, steps that are not positive, and whatever `system` refuses at
+    /// the start; [`PeriodicError`] if there is no cycle there. What ends the branch later is its
+    /// [`OrbitBranch::end`].
+    pub fn free<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: impl Fn(f64) -> Result<S, ParameterError>,
+        parameter: f64,
+        guess: Guess<N>,
+    ) -> Result<OrbitBranch<N>, PeriodicError> {
+        self.follow(system, None, parameter, guess)
+    }
+
+    /// The branch of forced motions through a state at a parameter; their period \[s\] may depend on
+    /// the parameter.
+    ///
+    /// # Errors
+    ///
+    /// As [`Continuation::free`].
+    pub fn forced<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: impl Fn(f64) -> Result<S, ParameterError>,
+        period: impl Fn(f64) -> f64,
+        parameter: f64,
+        state: SVector<f64, N>,
+    ) -> Result<OrbitBranch<N>, PeriodicError> {
+        let guess = Guess { state, period: period(parameter) };
+        self.follow(system, Some(&period), parameter, guess)
+    }
+
+    fn follow<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: impl Fn(f64) -> Result<S, ParameterError>,
+        period: Forced<'_>,
+        parameter: f64,
+        guess: Guess<N>,
+    ) -> Result<OrbitBranch<N>, PeriodicError> {
+        let width = self.checked()?;
+        let scales = checked_scales(system(parameter)?.scales())?;
+        let problem: Problem<'_, _, N, K> =
+            Problem { system, period, shooting: self.shooting, scales, width };
+        let start = Unknowns { guess, parameter: parameter / width };
+        let upwards = DVector::from_fn(N + 2, |i, _| if i > N { 1.0 } else { 0.0 });
+        let mut at = problem.correct(&start, &upwards, 0.0)?;
+        if at.tangent[N + 1] * self.first_step < 0.0 {
+            at.tangent *= -1.0;
+        }
+        let first = (self.first_step / width / at.tangent[N + 1]).abs();
+        let mut step = first.min(self.largest_step);
+        let mut points = vec![at.point(width, PointKind::Regular)];
+        let end = loop {
+            if points.len() >= self.most_points {
+                break BranchEnd::Points;
+            }
+            let next = match problem.correct(&at.unknowns, &at.tangent, step) {
+                // Not onto another part of the branch.
+                Ok(next) if next.off <= MOST_OFF * step => next,
+                _ if step > SHORTEST => {
+                    step *= 0.5;
+                    continue;
+                }
+                Ok(next) => {
+                    let correction = next.off / step;
+                    let iterations = self.shooting.most_iterations;
+                    break BranchEnd::Lost(PeriodicError::NotConverged { iterations, correction });
+                }
+                Err(error) => break BranchEnd::Lost(error),
+            };
+            points.extend(problem.special(&at, &next, step));
+            let parameter = next.unknowns.parameter * width;
+            if !self.range.contains(&parameter) {
+                break BranchEnd::Range;
+            }
+            if self.stable_only && !next.orbit.is_stable() {
+                break BranchEnd::Unstable;
+            }
+            points.push(next.point(width, PointKind::Regular));
+            step = (step * GROWTH).min(self.largest_step);
+            at = next;
+        };
+        Ok(OrbitBranch { points, end })
+    }
+}
+
+/// By how much a step along a branch grows if the one before has succeeded.
+const GROWTH: f64 = 1.5;
+
+/// How far a point may lie from its prediction, over the step: farther off another part of the
+/// branch may have been met.
+const MOST_OFF: f64 = 0.3;
+
+/// Points of a branch are found to the first part of the scales; where branches cross, to roundings
+/// below the second.
+const CLOSE: (f64, f64) = (3e-8, 1e-5);
+
+/// Steps along a branch are not shortened below this.
+const SHORTEST: f64 = 3e-6;
+
+/// Share of the width of the range by which the parameter is changed for a derivative: half of the
+/// digits of a run.
+const DIFFERENCE: f64 = 1e-6;
+
+impl<const N: usize> Found<N> {
+    fn point(&self, width: f64, kind: PointKind) -> BranchPoint<N> {
+        BranchPoint { parameter: self.unknowns.parameter * width, orbit: self.orbit, kind }
+    }
+
+    /// What vanishes at a fold, and at a flip.
+    fn test(&self, kind: PointKind) -> f64 {
+        let product = |sign: f64| {
+            let all = self.orbit.transverse().into_iter().map(|it| it.value() * sign + 1.0);
+            all.product::<Complex<f64>>().re
+        };
+        match kind {
+            PointKind::Flip => product(1.0),
+            PointKind::Crossing => product(-1.0),
+            _ => self.tangent[N + 1],
+        }
+    }
+}
+
+impl<S, F, const N: usize, const K: usize> Problem<'_, F, N, K>
+where
+    S: System<f64, N, K>,
+    F: Fn(f64) -> Result<S, ParameterError>,
+{
+    /// The point of the branch on the plane across a tangent, a step away from a point.
+    fn correct(
+        &self,
+        from: &Unknowns<N>,
+        tangent: &DVector<f64>,
+        step: f64,
+    ) -> Result<Found<N>, PeriodicError> {
+        let mut at = *from;
+        at.add(&(tangent * step), &self.scales);
+        let predicted = at;
+        let mut newton = Newton::new(self.shooting.most_iterations, CLOSE);
+        loop {
+            let system = (self.system)(at.parameter * self.width)?;
+            at.guess.period = self.period_at(&system, at.parameter, &at.guess)?;
+            let run =
+                flow(&system, (0.0, at.guess.state), at.guess.period, self.shooting.tolerance)?;
+            let (mut matrix, mut right) = self.equations(&system, &at, &run)?;
+            for i in (0..N + 2).filter(|&i| i != N) {
+                matrix[(N + 1, i)] = tangent[i];
+            }
+            let correction = solve(matrix.clone(), &right)?;
+            if newton.is_over(correction.norm())? {
+                right.fill(0.0);
+                right[N + 1] = 1.0;
+                let tangent = unit(solve(matrix, &right)?);
+                let forced = self.period.is_some();
+                let orbit = orbit(&run, (0.0, at.guess.state), at.guess.period, forced)?;
+                let off = (at.guess.state - predicted.guess.state).component_div(&self.scales);
+                let off = off.norm().hypot(at.parameter - predicted.parameter);
+                return Ok(Found { unknowns: at, orbit, tangent, off });
+            }
+            // The plane across the tangent is kept, as each correction lies in it.
+            at.add(&(&correction * newton.share(correction.norm(), 1.0)), &self.scales);
+        }
+    }
+
+    /// The period at a parameter: forced, or until the motion returns.
+    fn period_at(
+        &self,
+        system: &S,
+        parameter: f64,
+        guess: &Guess<N>,
+    ) -> Result<f64, PeriodicError> {
+        match self.period {
+            Some(forced) => Ok(forced(parameter * self.width)),
+            None => self.shooting.time_of_return(system, &self.scales, guess),
+        }
+    }
+
+    /// Newton's equations for δx₀, δT and δp, without the last, that of the arclength.
+    fn equations(
+        &self,
+        system: &S,
+        at: &Unknowns<N>,
+        run: &Flow<N>,
+    ) -> Result<(DMatrix<f64>, DVector<f64>), PeriodicError> {
+        let (mut matrix, mut right) = free_equations(system, &self.scales, &at.guess, run);
+        matrix = matrix.resize(N + 2, N + 2, 0.0);
+        right = right.resize_vertically(N + 2, 0.0);
+        let beside = at.parameter + DIFFERENCE;
+        let other = (self.system)(beside * self.width)?;
+        let Guess { state, period } = at.guess;
+        let later = self.period_at(&other, beside, &at.guess)?;
+        let moved = end(&other, (0.0, state), later, self.shooting.tolerance)? - run.end;
+        let at_end = scaled_rate(system, &self.scales, period, &run.end) * period;
+        // ∂T/∂p over T: the end is followed to where the motion returns, which is less curved.
+        let slower = (later / period - 1.0) / DIFFERENCE;
+        for i in 0..N {
+            let moved = moved[i] / self.scales[i] / DIFFERENCE;
+            (matrix[(i, N)], matrix[(i, N + 1)]) = (at_end[i], moved - at_end[i] * slower);
+        }
+        if self.period.is_some() {
+            for i in 0..N + 2 {
+                matrix[(N, i)] = identity(i, N) - slower * identity(i, N + 1);
+            }
+        }
+        Ok((matrix, right))
+    }
+
+    /// The first of the folds, flips and crossings between two points.
+    fn special(&self, from: &Found<N>, to: &Found<N>, step: f64) -> Option<BranchPoint<N>> {
+        let kinds = [PointKind::Fold, PointKind::Flip, PointKind::Crossing];
+        let kind = kinds.into_iter().find(|&kind| from.test(kind) * to.test(kind) < 0.0)?;
+        let end = |at: f64, found: &Found<N>| (at, found.test(kind), found.unknowns.parameter);
+        let (mut low, mut high) = (end(0.0, from), end(step, to));
+        let mut point = to.point(self.width, kind);
+        for _ in 0..60 {
+            let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            // Where branches cross, Newton's equations are singular.
+            let Ok(found) = self.correct(&from.unknowns, &from.tangent, place) else { break };
+            let new = end(place, &found);
+            // Illinois: the end that stays counts half.
+            if new.1 * low.1 > 0.0 {
+                (low, high.1) = (new, 0.5 * high.1);
+            } else {
+                (high, low.1) = (new, 0.5 * low.1);
+            }
+            point = found.point(self.width, kind);
+            if new.1.abs() < 1e-7 || high.0 - low.0 < 1e-9 * step {
+                return Some(point);
+            }
+        }
+        let parameter = (low.2 * high.1 - high.2 * low.1) / (high.1 - low.1);
+        point.parameter = parameter * self.width;
+        Some(point)
+    }
+}
+
+impl<const N: usize> Unknowns<N> {
+    /// Adds corrections in units of the scales, of the period, and of the width of the range.
+    fn add(&mut self, by: &DVector<f64>, scales: &SVector<f64, N>) {
+        self.guess.correct(by, scales);
+        self.parameter += by[N + 1];
+    }
+}
+
+/// A tangent of length one in the state and the parameter.
+fn unit(tangent: DVector<f64>) -> DVector<f64> {
+    let period = tangent[tangent.len() - 2];
+    let length = (tangent.norm_squared() - period * period).sqrt();
+    tangent / length
+}

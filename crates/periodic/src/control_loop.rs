@@ -1,0 +1,218 @@
+//! A position loop around a mass with friction.
+//!
+//! ẋ = v,  m v̇ = u − k x − c v − F(v, z),  ż = h(v, z),  İ = x,  τ v̇_f = v − v_f
+//!
+//! u = −K_P x − K_I I − K_D v_f
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x, v | position error and velocity of the mass | m, m/s |
+//! | z, F | deflection of the bristle, friction force | m, N |
+//! | I | integral of the error | m s |
+//! | v_f, τ | filtered velocity, and its time constant; v itself without a filter | m/s, s |
+//! | u | control force | N |
+//! | m, k, c | mass, spring stiffness, viscous damping | kg, N/m, N s/m |
+//! | K_P, K_I, K_D | gains of the controller | N/m, N/(m s), N s/m |
+//!
+//! Static friction above the dynamic one lets a loop with integral action hunt: the mass sticks
+//! beside its target until the integral breaks it loose, and it slips to the other side.
+//!
+//! Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools
+//! and compensation methods for the control of machines with friction", Automatica 30 (1994),
+//! section 4.
+
+use bristle::ode::{Linearisation, System};
+use bristle::parameter::{Named, ParameterError};
+use bristle::{Branch, Bristle, Contact, Mechanism};
+use nalgebra::{SMatrix, SVector};
+
+/// Gains of a controller: P, PI, PD or PID, on the position error of a loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pid {
+    /// K_P [N/m], positive.
+    #[doc(alias = "Kp")]
+    pub proportional: f64,
+    /// K_I [N/(m s)], zero for none.
+    #[doc(alias = "Ki")]
+    pub integral: f64,
+    /// K_D [N s/m], zero for none.
+    #[doc(alias = "Kd")]
+    pub derivative: f64,
+    /// Time constant τ \[s\] of the filter of the velocity; zero for none.
+    pub filter_time: f64,
+    /// Sample time \[s\] of the controller, which holds its force in between; zero for a controller
+    /// in continuous time.
+    pub sample_time: f64,
+}
+
+/// Parameters of a [`ControlLoop`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlLoopParameters<M> {
+    /// Friction under its normal force.
+    pub contact: Contact<f64, M>,
+    /// The mass, and a spring and a damper beside the friction if there are any.
+    pub mechanism: Mechanism<f64>,
+    /// The controller.
+    pub controller: Pid,
+}
+
+impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
+    /// The parameters if each is in its range.
+    pub(crate) fn checked(self) -> Result<Self, ParameterError> {
+        self.mechanism.checked()?;
+        let Pid { proportional, integral, derivative, filter_time, sample_time } = self.controller;
+        Named("proportional", proportional).positive()?;
+        for (name, value) in [
+            ("integral", integral),
+            ("derivative", derivative),
+            ("filter_time", filter_time),
+            ("sample_time", sample_time),
+        ] {
+            // Zero, or large enough to be divided by.
+            if !(value == 0.0) {
+                Named(name, value).positive()?;
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// A position loop around a mass with friction, in continuous time: a [`System`] with 4 states,
+/// or 5 with a filter of the velocity.
+///
+/// States: position error \[m\], velocity [m/s], deflection \[m\], integral of the error \[m s\],
+/// filtered velocity [m/s]. Without integral action the integral is not used, and decays with a
+/// time constant of 1 s, so that motions can repeat.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlLoop<M, const N: usize> {
+    parameters: ControlLoopParameters<M>,
+}
+
+impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
+    /// A loop without a filter.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range; refuses a filter and a sample time.
+    pub fn new(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
+        let parameters = parameters.checked()?;
+        Named("filter_time", parameters.controller.filter_time).exactly(0.0)?;
+        Named("sample_time", parameters.controller.sample_time).exactly(0.0)?;
+        Ok(Self { parameters })
+    }
+}
+
+impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 5> {
+    /// A loop with a filter of the velocity.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range; refuses a loop without a filter, and a sample
+    /// time.
+    pub fn filtered(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
+        let parameters = parameters.checked()?;
+        Named("filter_time", parameters.controller.filter_time).positive()?;
+        Named("sample_time", parameters.controller.sample_time).exactly(0.0)?;
+        Ok(Self { parameters })
+    }
+}
+
+impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> &ControlLoopParameters<M> {
+        &self.parameters
+    }
+
+    /// At rest at a distance from the target, with an undeflected bristle.
+    pub fn displaced(&self, position: f64) -> SVector<f64, N> {
+        SVector::from_fn(|i, _| if i == 0 { position } else { 0.0 })
+    }
+
+    /// ∂v̇/∂x, ∂v̇/∂v of the loop without friction, ∂v̇/∂I, and ∂v̇/∂v_f, times the mass.
+    fn stiffnesses(&self) -> [f64; 4] {
+        let ControlLoopParameters { mechanism, controller, .. } = &self.parameters;
+        let Pid { proportional, integral, derivative, .. } = *controller;
+        let (direct, filtered) = if N == 5 { (0.0, derivative) } else { (derivative, 0.0) };
+        [
+            -proportional - mechanism.spring_stiffness,
+            -direct - mechanism.viscous_damping,
+            -integral,
+            -filtered,
+        ]
+    }
+
+    /// The Jacobian of all but friction.
+    pub(crate) fn frictionless(&self) -> SMatrix<f64, N, N> {
+        let ControlLoopParameters { mechanism, controller, .. } = &self.parameters;
+        let [by_position, by_velocity, by_integral, by_filtered] =
+            self.stiffnesses().map(|stiffness| stiffness / mechanism.mass);
+        let mut by_state = SMatrix::zeros();
+        by_state[(0, 1)] = 1.0;
+        (by_state[(1, 0)], by_state[(1, 1)]) = (by_position, by_velocity);
+        (by_state[(1, 3)], by_state[(3, 0)]) = (by_integral, 1.0);
+        if controller.integral == 0.0 {
+            by_state[(3, 3)] = -1.0;
+        }
+        if N == 5 {
+            by_state[(1, 4)] = by_filtered;
+            by_state[(4, 1)] = 1.0 / controller.filter_time;
+            by_state[(4, 4)] = -by_state[(4, 1)];
+        }
+        by_state
+    }
+}
+
+impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for ControlLoop<M, N> {
+    #[inline]
+    fn rate(&self, _: f64, state: &SVector<f64, N>, [branch]: [Branch; 1]) -> SVector<f64, N> {
+        let ControlLoopParameters { contact, mechanism, controller } = &self.parameters;
+        let (position, velocity, integral) = (state[0], state[1], state[3]);
+        let friction = contact.response(branch.of(velocity), state[2]);
+        let [by_position, by_velocity, by_integral, by_filtered] = self.stiffnesses();
+        let mut force = by_position * position + by_velocity * velocity + by_integral * integral
+            - friction.force;
+        let mut rate = SVector::zeros();
+        if N == 5 {
+            force += by_filtered * state[4];
+            rate[4] = (velocity - state[4]) / controller.filter_time;
+        }
+        (rate[0], rate[1], rate[2]) = (velocity, force / mechanism.mass, friction.rate);
+        rate[3] = if controller.integral == 0.0 { position - integral } else { position };
+        rate
+    }
+
+    fn sliding_velocities(&self, _: f64, state: &SVector<f64, N>) -> [f64; 1] {
+        [state[1]]
+    }
+
+    fn linearised(
+        &self,
+        time: f64,
+        state: &SVector<f64, N>,
+        [branch]: [Branch; 1],
+    ) -> Option<Linearisation<f64, N>> {
+        let ControlLoopParameters { contact, mechanism, .. } = &self.parameters;
+        let friction = contact.linearised(branch.of(state[1]), state[2]);
+        let mut by_state = self.frictionless();
+        by_state[(1, 1)] -= friction.force_by_velocity / mechanism.mass;
+        by_state[(1, 2)] -= friction.force_by_deflection / mechanism.mass;
+        (by_state[(2, 1)], by_state[(2, 2)]) =
+            (friction.rate_by_velocity, friction.rate_by_deflection);
+        let rate = self.rate(time, state, [branch]);
+        Some(Linearisation { rate, by_state, by_time: SVector::zeros() })
+    }
+
+    /// The position error that the controller does not feel at breakaway, and what the mass does
+    /// from there.
+    fn scales(&self) -> SVector<f64, N> {
+        let ControlLoopParameters { contact, mechanism, controller } = &self.parameters;
+        let stiffness = controller.proportional + mechanism.spring_stiffness;
+        let deflection = contact.limits(0.0).deflection.unwrap_or(1e-6);
+        let force = contact.model().storage_stiffness() * contact.reference_load() * deflection;
+        let (position, rate) = (force / stiffness, (stiffness / mechanism.mass).sqrt());
+        // The integral that breaks the mass loose.
+        let wait = if controller.integral > 0.0 { stiffness / controller.integral } else { 1.0 };
+        let all = [position, position * rate, deflection, position * wait, position * rate];
+        SVector::from_fn(|i, _| all[i].max(f64::MIN_POSITIVE))
+    }
+}

@@ -1,0 +1,428 @@
+//! Does a loop hunt?
+//!
+//! Three questions, in the order of their cost:
+//!
+//! * Small motions about rest, stuck on the bristles, and motions so large that friction hardly
+//!   counts: both linear. If large motions grow, no start that is large enough comes to rest.
+//! * Where motions from given starts end: simulated.
+//! * The cycle, if a start ends in one: by [`Shooting`], to its multipliers.
+//!
+//! A *slip* is a way from one reversal to the next that is long beside the deflection at breakaway.
+//! A motion hunts as long as slips go on at the pace of the last ones; it rests if they stay away
+//! for much longer.
+//!
+//! A sampled controller holds its force between samples. Its state jumps there, and with it the
+//! derivatives of a run (the held force takes those of the state measured); the samples and the
+//! cycle seldom have a common period. Sampled loops are therefore simulated, by passive companion
+//! steps, and their cycles have an amplitude and a period but no multipliers.
+
+use core::fmt;
+use core::num::NonZero;
+use std::thread;
+
+use bristle::companion::VelocityHistory;
+use bristle::number::Number;
+use bristle::ode::{Automatic, Direction, Event, Solver, System, Tolerances};
+use bristle::parameter::{Named, ParameterError};
+use bristle::{Branch, Bristle};
+use bristle_analysis::linear::StateSpace;
+use nalgebra::{RowSVector, SMatrix, SVector};
+
+use crate::{ControlLoop, ControlLoopParameters, Multiplier, Orbit, PeriodicError, Pid, Shooting};
+
+/// A cycle that a simulation ends in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HuntingCycle {
+    /// Half of the way between the largest and the smallest position \[m\].
+    pub amplitude: f64,
+    /// Period \[s\].
+    pub period: f64,
+}
+
+/// Where a motion ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// It comes to rest: it does not slip any more.
+    Rests,
+    /// It goes on slipping to and fro.
+    Hunts(HuntingCycle),
+    /// It leaves a thousand times its start, and the position error at breakaway.
+    Grows,
+}
+
+impl Outcome {
+    /// Whether two cycles are the same to 10⁻⁴.
+    fn is_near(&self, other: &Self) -> bool {
+        let (Self::Hunts(one), Self::Hunts(other)) = (self, other) else { return false };
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-4 * b.abs();
+        near(one.amplitude, other.amplitude) && near(one.period, other.period)
+    }
+}
+
+/// After so many slips in a row that leave the cycle as it is, to 10⁻⁴, it is known.
+const ENOUGH: u32 = 6;
+
+/// A motion that slipped within the last so many times the longest recent time between slips still
+/// hunts.
+const QUIET: f64 = 2.5;
+
+/// A slip is longer than so many deflections at breakaway.
+const SLIP: f64 = 5.0;
+
+/// A motion that goes farther than so many times its start grows.
+const FAR: f64 = 1e3;
+
+/// The slips of a motion, told of its positions and velocities as they come.
+struct Slips {
+    /// The least way of a slip \[m\].
+    least: f64,
+    /// The farthest position that does not count as growing \[m\].
+    far: f64,
+    /// Where and when the motion last turned, and its direction since.
+    turn: (f64, f64),
+    direction: f64,
+    /// The last slips, the latest first.
+    last: [Option<Slip>; 12],
+    /// The cycle that they are part of, and how many slips in a row have left it as it is.
+    cycle: Outcome,
+    unchanged: u32,
+}
+
+/// Where a slip begins and ends \[m\], and when it ends \[s\].
+#[derive(Clone, Copy)]
+struct Slip {
+    start: f64,
+    end: f64,
+    time: f64,
+}
+
+impl Slips {
+    fn new<M: Bristle<f64, Deflection = f64>>(of: &ControlLoopParameters<M>, start: f64) -> Self {
+        let deflection = of.contact.limits(0.0).deflection.unwrap_or(1e-6);
+        let force = of.contact.model().storage_stiffness() * deflection;
+        let breakaway = force * of.contact.reference_load() / of.controller.proportional;
+        let far = FAR * start.abs().max(breakaway);
+        Self {
+            least: SLIP * deflection,
+            far,
+            turn: (0.0, start),
+            direction: 0.0,
+            last: [None; 12],
+            cycle: Outcome::Rests,
+            unchanged: 0,
+        }
+    }
+
+    /// Takes a point of the motion. Answers where it ends, once that is known.
+    fn push(&mut self, time: f64, position: f64, velocity: f64) -> Option<Outcome> {
+        if velocity * self.direction < 0.0 {
+            let (_, start) = self.turn;
+            if (position - start).abs() > self.least {
+                self.last.rotate_right(1);
+                self.last[0] = Some(Slip { start, end: position, time });
+                let cycle = self.outcome(time);
+                self.unchanged = if cycle.is_near(&self.cycle) { self.unchanged + 1 } else { 0 };
+                self.cycle = cycle;
+            }
+            self.turn = (time, position);
+        }
+        if velocity != 0.0 {
+            self.direction = velocity;
+        }
+        if !(position.abs() <= self.far) {
+            return Some(Outcome::Grows);
+        }
+        (self.unchanged >= ENOUGH).then_some(self.cycle)
+    }
+
+    /// What the motion has come to at its end \[s\].
+    fn outcome(&self, end: f64) -> Outcome {
+        let slips: Vec<Slip> = self.last.iter().flatten().copied().collect();
+        let [last, before, earlier @ ..] = &slips[..] else { return Outcome::Rests };
+        let gaps = slips.windows(2).map(|two| two[0].time - two[1].time);
+        if end - last.time > QUIET * gaps.fold(0.0, f64::max) {
+            return Outcome::Rests;
+        }
+        // Of the earlier slips the latest that is about as like the last one as any.
+        let unlike = |it: &Slip| (it.start - last.start).abs() + (it.end - last.end).abs();
+        let least = earlier.iter().map(unlike).fold(f64::INFINITY, f64::min);
+        let alike = earlier.iter().find(|it| unlike(it) <= 2.0 * least + self.least);
+        let period = last.time - alike.unwrap_or(before).time;
+        let cycle = slips.iter().take_while(|it| last.time - it.time < period);
+        let places = cycle.flat_map(|it| [it.start, it.end]);
+        let (least, most) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| {
+            (f64::min(least, at), f64::max(most, at))
+        });
+        Outcome::Hunts(HuntingCycle { amplitude: 0.5 * (most - least), period })
+    }
+}
+
+impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
+    /// Where the motion from rest at a distance from the target \[m\] ends within a duration \[s\]:
+    /// a simulation.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range, and why a simulation stopped.
+    pub fn outcome(&self, start: f64, duration: f64) -> Result<Outcome, PeriodicError> {
+        let parameters = self.clone().checked()?;
+        Named("start", start).finite()?;
+        Named("duration", duration).positive()?;
+        let Pid { sample_time, filter_time, .. } = parameters.controller;
+        if sample_time > 0.0 {
+            sampled(&parameters, start, duration)
+        } else if filter_time > 0.0 {
+            continuous(&ControlLoop::filtered(parameters)?, start, duration)
+        } else {
+            continuous(&ControlLoop::new(parameters)?, start, duration)
+        }
+    }
+}
+
+/// Tolerance of the steps of a simulation, over the scales: cycles then have four digits.
+const TOLERANCE: f64 = 1e-5;
+
+fn continuous<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+    start: f64,
+    duration: f64,
+) -> Result<Outcome, PeriodicError> {
+    let tolerances = Tolerances::scaled(TOLERANCE, system.scales())?;
+    let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(10_000_000);
+    let mut slips = Slips::new(system.parameters(), start);
+    let mut run = solver.begin(system, 0.0..duration, system.displaced(start))?;
+    while let Some(step) = run.advance()? {
+        if let Some(known) = slips.push(step.end_time(), step.end()[0], step.end()[1]) {
+            return Ok(known);
+        }
+    }
+    Ok(slips.outcome(duration))
+}
+
+/// Longest companion step of a sampled loop \[s\], over the time constant of the mass on its
+/// bristles.
+const COMPANION_STEP: f64 = 0.25;
+
+fn sampled<M: Bristle<f64, Deflection = f64>>(
+    parameters: &ControlLoopParameters<M>,
+    start: f64,
+    duration: f64,
+) -> Result<Outcome, PeriodicError> {
+    let ControlLoopParameters { contact, mechanism, controller } = parameters;
+    let Pid { proportional, integral, derivative, filter_time, sample_time } = *controller;
+    let friction = contact.clone().companion(0.0)?;
+    let stiffness = contact.model().storage_stiffness() * contact.reference_load();
+    let longest = COMPANION_STEP * (mechanism.mass / stiffness).sqrt();
+    let parts = (sample_time / longest).ceil().max(1.0);
+    let h = sample_time / parts;
+    let share = if filter_time > 0.0 { -(-sample_time / filter_time).exp_m1() } else { 1.0 };
+    let mut slips = Slips::new(parameters, start);
+    let (mut x, mut v, mut z, mut sum, mut filtered) = (start, 0.0, 0.0, 0.0, 0.0);
+    let mut history = VelocityHistory::new(v);
+    let samples = Named("samples", duration / sample_time).between(1.0, 1e9)?.ceil();
+    for sample in 0..samples as u64 {
+        filtered += share * (v - filtered);
+        let control = -proportional * x - integral * sum - derivative * filtered;
+        sum += sample_time * x;
+        for part in 0..parts as u32 {
+            let step = friction.step(history.predict(), z, h);
+            // Spring and damper at the middle of the step, implicitly.
+            let spring = mechanism.viscous_damping + 0.5 * h * mechanism.spring_stiffness;
+            let inertia = 2.0 * mechanism.mass / h;
+            let force = control - mechanism.spring_stiffness * x - step.bias();
+            let mean = (inertia * v + force) / (inertia + spring + step.damping());
+            z = step.commit(mean).deflection;
+            (x, v) = (x + h * mean, 2.0 * mean - v);
+            history.push(v);
+            let time = sample as f64 * sample_time + f64::from(part + 1) * h;
+            if let Some(known) = slips.push(time, x, v) {
+                return Ok(known);
+            }
+        }
+    }
+    Ok(slips.outcome(samples * sample_time))
+}
+
+/// What a loop does, from [`hunting`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct HuntingReport {
+    /// Largest real part [1/s] of the motions of the mass on its bristles about rest with an
+    /// undeflected bristle: below zero if rest is stable.
+    pub rest_abscissa: f64,
+    /// Largest real part [1/s] of the motions of the loop without friction: above zero if large
+    /// motions grow.
+    pub large_abscissa: f64,
+    /// Where the motions from the given starts \[m\] end.
+    pub outcomes: Vec<(f64, Outcome)>,
+    /// The cycle in which the first start ends that hunts, exactly, with its multipliers but the
+    /// one that is 1; none for a sampled controller, or if the simulation has not come close to it.
+    pub cycle: Option<(HuntingCycle, Vec<Multiplier>)>,
+}
+
+impl HuntingReport {
+    /// Whether any of the starts hunts or grows.
+    pub fn hunts(&self) -> bool {
+        self.outcomes.iter().any(|(_, outcome)| *outcome != Outcome::Rests)
+    }
+}
+
+impl fmt::Display for HuntingReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = |abscissa: f64, [below, above]: [&'static str; 2]| {
+            if abscissa < 0.0 { below } else { above }
+        };
+        let Self { rest_abscissa: rest, large_abscissa: large, outcomes, cycle } = self;
+        let stable = verdict(*rest, ["stable", "UNSTABLE"]);
+        writeln!(f, "rest           {stable}, slowest at {rest:.4e} 1/s")?;
+        let die_out = verdict(*large, ["die out", "GROW"]);
+        writeln!(f, "large motions  {die_out}, at {large:.4e} 1/s")?;
+        for (start, outcome) in outcomes {
+            write!(f, "from {} m", Number(*start))?;
+            match outcome {
+                Outcome::Rests => writeln!(f, "  rests")?,
+                Outcome::Grows => writeln!(f, "  GROWS")?,
+                Outcome::Hunts(cycle) => writeln!(f, "  HUNTS, {cycle}")?,
+            }
+        }
+        let Some((cycle, multipliers)) = cycle else { return Ok(()) };
+        let slowest = multipliers.first().map_or(f64::NEG_INFINITY, |it| it.log_modulus);
+        let stable = verdict(slowest, ["stable", "unstable"]);
+        writeln!(f, "its cycle      {cycle}, {stable}: multiplier {:.6}", slowest.exp())
+    }
+}
+
+impl fmt::Display for HuntingCycle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "±{:.4e} m with a period of {:.6} s", self.amplitude, self.period)
+    }
+}
+
+/// Reports whether a loop hunts: rest, large motions, and where motions from rest at given
+/// distances from the target \[m\] end within a duration \[s\].
+///
+/// The linear parts neglect the samples of a controller.
+///
+/// # Errors
+///
+/// Names the parameter that is out of its range, and why a simulation stopped.
+pub fn hunting<M: Bristle<f64, Deflection = f64>>(
+    parameters: &ControlLoopParameters<M>,
+    starts: &[f64],
+    duration: f64,
+) -> Result<HuntingReport, PeriodicError> {
+    Named("starts", starts.len()).count(1)?;
+    let mut in_continuous_time = parameters.clone().checked()?;
+    in_continuous_time.controller.sample_time = 0.0;
+    let (rest_abscissa, large_abscissa) = if parameters.controller.filter_time > 0.0 {
+        abscissas(&ControlLoop::filtered(in_continuous_time)?)?
+    } else {
+        abscissas(&ControlLoop::new(in_continuous_time)?)?
+    };
+    let outcomes: Vec<_> = starts
+        .iter()
+        .map(|&start| Ok((start, parameters.outcome(start, duration)?)))
+        .collect::<Result<_, PeriodicError>>()?;
+    let hunts = |it: &&(f64, Outcome)| matches!(it.1, Outcome::Hunts(_));
+    let start = outcomes.iter().find(hunts).filter(|_| parameters.controller.sample_time == 0.0);
+    let cycle = start.and_then(|&(start, _)| {
+        if parameters.controller.filter_time > 0.0 {
+            cycle(&ControlLoop::filtered(parameters.clone()).ok()?, start, duration)
+        } else {
+            cycle(&ControlLoop::new(parameters.clone()).ok()?, start, duration)
+        }
+    });
+    Ok(HuntingReport { rest_abscissa, large_abscissa, outcomes, cycle })
+}
+
+/// Largest real parts about rest, and without friction [1/s].
+fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+) -> Result<(f64, f64), ParameterError> {
+    let integrates = system.parameters().controller.integral > 0.0;
+    let poles = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize]| {
+        // What plays no part decays at once.
+        let quick = -1.0 - dynamics.amax();
+        for &state in unused {
+            dynamics[(state, state)] = quick;
+        }
+        let (input, output) = (SVector::zeros(), RowSVector::zeros());
+        StateSpace { dynamics, input, output, feedthrough: 0.0 }.poles()
+    };
+    let stuck = system.linearised(0.0, &SVector::zeros(), [Branch::Free]);
+    let stuck = stuck.map_or_else(SMatrix::zeros, |linearised| linearised.by_state);
+    let mut about_rest = poles(stuck, if integrates { &[] } else { &[3] })?;
+    // A mass rests at any deflection that the controller balances: one pole is zero.
+    about_rest.sort_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
+    let largest = |all: &[nalgebra::Complex<f64>]| {
+        all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let large = poles(system.frictionless(), if integrates { &[2] } else { &[2, 3] })?;
+    Ok((largest(&about_rest[1..]), largest(&large)))
+}
+
+/// The cycle that the motion from a start approaches.
+fn cycle<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+    start: f64,
+    duration: f64,
+) -> Option<(HuntingCycle, Vec<Multiplier>)> {
+    let orbit = hunting_orbit(system, start, duration).ok()?;
+    let solver = Solver::automatic(1e-8, system.scales()).ok()?;
+    let (mut most, mut least) = (orbit.start[0], orbit.start[0]);
+    let mut run = solver.begin(system, 0.0..orbit.period, orbit.start).ok()?;
+    while let Some(step) = run.advance().ok()? {
+        (most, least) = (most.max(step.end()[0]), least.min(step.end()[0]));
+    }
+    let cycle = HuntingCycle { amplitude: 0.5 * (most - least), period: orbit.period };
+    Some((cycle, orbit.transverse()))
+}
+
+/// The cycle that the motion from rest at a distance from the target \[m\] approaches within a
+/// duration \[s\].
+///
+/// # Errors
+///
+/// As [`Shooting::settle`] and [`Shooting::free`].
+pub fn hunting_orbit<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+    start: f64,
+    duration: f64,
+) -> Result<Orbit<N>, PeriodicError> {
+    let position = |_: f64, state: &SVector<f64, N>| state[0];
+    let target = Event { function: &position, direction: Direction::Rising, stops: false };
+    let shooting = Shooting::default();
+    let guess = shooting.settle(system, system.displaced(start), duration, &target)?;
+    shooting.free(system, guess)
+}
+
+/// Where the motions of loops with two gains end, row by row of `down`: `outcome[j][i]` is that at
+/// `across[i]`, `down[j]`. On all processors.
+///
+/// # Errors
+///
+/// As [`ControlLoopParameters::outcome`], of the first point that fails.
+pub fn hunting_map<M: Bristle<f64, Deflection = f64>>(
+    control_loop: impl Fn(f64, f64) -> ControlLoopParameters<M> + Sync,
+    [across, down]: [&[f64]; 2],
+    start: f64,
+    duration: f64,
+) -> Result<Vec<Vec<Outcome>>, PeriodicError> {
+    let workers = thread::available_parallelism().map_or(1, NonZero::get);
+    let row = |&second: &f64| -> Result<Vec<Outcome>, PeriodicError> {
+        across.iter().map(|&first| control_loop(first, second).outcome(start, duration)).collect()
+    };
+    let mut rows: Vec<(usize, Result<Vec<Outcome>, PeriodicError>)> = thread::scope(|scope| {
+        // Neighbouring rows cost alike.
+        let rows = |worker: usize| {
+            let mine = down.iter().enumerate().skip(worker).step_by(workers);
+            mine.map(|(index, second)| (index, row(second))).collect::<Vec<_>>()
+        };
+        let others: Vec<_> = (1..workers).map(|worker| scope.spawn(move || rows(worker))).collect();
+        let mut all = rows(0);
+        all.extend(others.into_iter().flat_map(|other| other.join().unwrap_or_default()));
+        all
+    });
+    rows.sort_by_key(|(index, _)| *index);
+    rows.into_iter().map(|(_, row)| row).collect()
+}

@@ -1,0 +1,212 @@
+use bristle::ode::{Automatic, Direction, Event, Output, Solver, System, Tolerances};
+use bristle::parameter::ParameterError;
+use bristle::signal::{Sine, SineParameters};
+use bristle::{Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd};
+use bristle_periodic::{
+    BranchEnd, Continuation, ControlLoop, Guess, Outcome, PeriodicError, PointKind, Shooting,
+    hunting, hunting_map,
+};
+use nalgebra::{SVector, Vector3};
+
+use super::{bristle, curve, hunting_loop, rig, stick_slip};
+
+#[test]
+fn stick_slip_ends_in_a_fold_where_simulated_cycles_die_out() {
+    let model = FrBd::new(curve(), bristle());
+    let start = stick_slip(&rig(model, 0.9), 0.1);
+    let system = |speed: f64| Ok(rig(model, speed));
+    let branch = Continuation { most_points: 30, ..Continuation::over(0.02..2.0) }
+        .free(system, 0.9, start)
+        .unwrap();
+    let kinds: Vec<_> = branch.special().map(|point| point.kind).collect();
+    assert!(kinds.contains(&PointKind::Flip), "{kinds:?}");
+    let fold = branch.special().find(|point| point.kind == PointKind::Fold).unwrap();
+    // There a multiplier is one (beside that of the phase), and the branch comes back.
+    assert!(fold.orbit.transverse()[0].log_modulus.abs() < 1e-3, "{fold:?}");
+    assert!(branch.points.iter().all(|point| point.parameter <= fold.parameter + 1e-9));
+    // From the fold's own state, a millionth slower the mass goes on sticking and slipping; a
+    // millionth faster it slides steadily after some hundred periods.
+    let mut slowest = [0.0; 2];
+    for (slowest, change) in slowest.iter_mut().zip([-1e-6, 1e-6]) {
+        let rig = rig(model, fold.parameter * (1.0 + change));
+        let tolerances = Tolerances::scaled(1e-12, rig.scales()).unwrap();
+        let solver = Solver::adaptive(Automatic, tolerances);
+        let end = 600.0 * fold.orbit.period;
+        let mut run = solver.begin(&rig, 0.0..end, fold.orbit.start).unwrap();
+        *slowest = f64::INFINITY;
+        while let Some(step) = run.advance().unwrap() {
+            if step.end_time() > end - fold.orbit.period {
+                *slowest = f64::min(*slowest, step.end()[1]);
+            }
+        }
+    }
+    assert!(slowest[0] < 0.01 && slowest[1] > 0.1, "{slowest:?}");
+}
+
+#[test]
+fn a_branch_of_forced_motions_is_that_of_a_linear_oscillator() {
+    /// ẍ + 0.6 ẋ + x = cos ωt, without friction.
+    struct Oscillator(f64);
+    impl System<f64, 2, 0> for Oscillator {
+        fn rate(&self, t: f64, x: &SVector<f64, 2>, b: [bristle::Branch; 0]) -> SVector<f64, 2> {
+            self.linearised(t, x, b).unwrap().rate
+        }
+        fn sliding_velocities(&self, _: f64, _: &SVector<f64, 2>) -> [f64; 0] {
+            []
+        }
+        fn linearised(
+            &self,
+            time: f64,
+            x: &SVector<f64, 2>,
+            _: [bristle::Branch; 0],
+        ) -> Option<bristle::ode::Linearisation<f64, 2>> {
+            let by_state = nalgebra::Matrix2::new(0.0, 1.0, -1.0, -0.6);
+            let input = SVector::from([0.0, (self.0 * time).cos()]);
+            let by_time = SVector::from([0.0, -self.0 * (self.0 * time).sin()]);
+            Some(bristle::ode::Linearisation { rate: by_state * x + input, by_state, by_time })
+        }
+    }
+    let period = |omega: f64| std::f64::consts::TAU / omega;
+    let branch = Continuation::over(0.5..1.5)
+        .forced(|omega| Ok(Oscillator(omega)), period, 0.6, SVector::zeros())
+        .unwrap();
+    assert_eq!(branch.end, BranchEnd::Range);
+    for point in &branch.points {
+        let w = point.parameter;
+        let real = (1.0 - w * w) / ((1.0 - w * w).powi(2) + (0.6 * w).powi(2));
+        // Points of a branch are found to 3e-8 of the scales, which are one.
+        assert!((point.orbit.start[0] - real).abs() < 1e-7, "{w} {}", point.orbit.start[0]);
+        // det Φ = e^(−0.6 T)
+        let sum: f64 = point.orbit.multipliers.iter().map(|it| it.log_modulus).sum();
+        assert!((sum + 0.6 * point.orbit.period).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn hunting_loses_its_stability_where_a_multiplier_passes_one() {
+    let system = |derivative: f64| {
+        let mut parameters = hunting_loop();
+        parameters.controller.derivative = derivative;
+        ControlLoop::new(parameters)
+    };
+    let near = system(20.0).unwrap();
+    let guess = bristle_periodic::hunting_orbit(&near, 0.02, 60.0).unwrap().guess();
+    let branch =
+        Continuation { first_step: 1.0, stable_only: true, ..Continuation::over(10.0..50.0) }
+            .free(system, 20.0, guess)
+            .unwrap();
+    assert_eq!(branch.end, BranchEnd::Unstable);
+    let border = branch.points.last().unwrap();
+    assert_eq!(border.kind, PointKind::Crossing);
+    // A symmetric motion becomes two that are not. By simulation from the cycle: at 0.95 of that
+    // gain it hunts, at 1.1 it rests.
+    for (share, hunts) in [(0.95, true), (1.1, false)] {
+        let mut parameters = hunting_loop();
+        parameters.controller.derivative = share * border.parameter;
+        let outcome = parameters.outcome(3e-3, 600.0).unwrap();
+        assert_eq!(matches!(outcome, Outcome::Hunts(_)), hunts, "{share} {outcome:?}");
+    }
+}
+
+#[test]
+fn a_prescribed_velocity_needs_no_iteration() {
+    let wave = SineParameters { mean: 2e-3, amplitude: 0.02, frequency: 3.0, phase: 0.4 };
+    let wave = Sine::new(wave).unwrap();
+    let contact = FrBd::new(curve(), bristle()).under_load(1.0).unwrap();
+    let shooting = Shooting::default();
+    let orbit = shooting.prescribed(&contact, wave, (0.1, 1.0 / 3.0)).unwrap();
+    // Simulated for so long that the start is forgotten.
+    let scene = bristle::scene::PrescribedVelocity::new(contact, wave);
+    let end = 0.1 + 20.0 / 3.0;
+    let start = SVector::from([0.0]);
+    let run = bristle::ode::solve(&scene, 0.1..end, start, 1e-11, Output::Uniform(2)).unwrap();
+    let (got, want) = (orbit.start[0], run.last().unwrap().1[0]);
+    assert!((got - want).abs() < 1e-9 * 1.5e-4, "{got} {want}");
+    let elasto_plastic = ElastoPlastic::new(curve(), bristle(), 5e-5).unwrap();
+    let refused = shooting.prescribed(&elasto_plastic.under_load(1.0).unwrap(), wave, (0.0, 1.0));
+    assert!(matches!(refused, Err(PeriodicError::Refused(_))));
+}
+
+#[test]
+fn maps_agree_with_single_runs_and_rest_with_rest() {
+    let map = |integral: f64, derivative: f64| {
+        let mut parameters = hunting_loop();
+        (parameters.controller.integral, parameters.controller.derivative) = (integral, derivative);
+        parameters
+    };
+    let (across, down) = ([0.0, 800.0, 4000.0], [20.0, 30.0]);
+    let rows = hunting_map(map, [&across, &down], 0.02, 60.0).unwrap();
+    for (row, &derivative) in rows.iter().zip(&down) {
+        assert_eq!(row[0], Outcome::Rests); // without integral action
+        for (outcome, &integral) in row.iter().zip(&across) {
+            assert_eq!(*outcome, map(integral, derivative).outcome(0.02, 60.0).unwrap());
+        }
+        assert!(matches!(row[2], Outcome::Hunts(_)));
+    }
+    // m s³ + K_D s² + K_P s + K_I grows if K_D K_P < m K_I: large motions do, from large starts.
+    let grows = hunting(&map(10_000.0, 20.0), &[0.5], 60.0).unwrap();
+    assert!(grows.large_abscissa > 0.0 && grows.outcomes[0].1 == Outcome::Grows, "{grows}");
+    assert!(grows.hunts() && grows.to_string().contains("GROW"));
+}
+
+#[test]
+fn sampled_and_filtered_loops_come_close_to_the_continuous_one() {
+    let continuous = hunting(&hunting_loop(), &[0.02], 120.0).unwrap();
+    let (exact, across) = continuous.cycle.clone().unwrap();
+    assert!((across[0].value() - 0.848580).norm() < 1e-6);
+    let mut sampled = hunting_loop();
+    sampled.controller.sample_time = 1e-3;
+    let mut filtered = hunting_loop();
+    filtered.controller.filter_time = 1e-4;
+    for (parameters, share) in [(sampled, 0.02), (filtered, 0.02)] {
+        let report = hunting(&parameters, &[0.02], 120.0).unwrap();
+        let Outcome::Hunts(cycle) = report.outcomes[0].1 else { unreachable!("{report}") };
+        assert!((cycle.amplitude / exact.amplitude - 1.0).abs() < share, "{cycle} {exact}");
+        assert_eq!(report.cycle.is_some(), parameters.controller.sample_time == 0.0);
+    }
+}
+
+#[test]
+fn bad_input_has_an_answer_with_a_name() {
+    let shooting = Shooting::default();
+    let model = FrBd::new(curve(), bristle());
+    let system = rig(model, 0.1);
+    let at = |period: f64, stretch: f64| {
+        shooting.free(&system, Guess { state: Vector3::new(stretch, 0.1, 1e-4), period })
+    };
+    let refused = |it: &Result<_, PeriodicError>| matches!(it, Err(PeriodicError::Refused(_)));
+    for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(refused(&at(period, 0.7).map(drop)), "{period}");
+    }
+    assert!(refused(&at(7.0, f64::NAN).map(drop)));
+    // Steady sliding: a point, not a cycle.
+    let sliding = Vector3::new(0.5 * 1.004, 0.1, 1.004e-4);
+    let point = shooting.free(&system, Guess { state: sliding, period: 4.4 });
+    assert!(point.is_err(), "{point:?}");
+    // A cycle that does not exist: faster than the fold.
+    let fast = rig(model, 1.5);
+    let none = shooting.free(&fast, Guess { state: Vector3::new(0.8, 0.5, 1e-4), period: 4.5 });
+    assert!(none.is_err(), "{none:?}");
+    let ahead = |_: f64, state: &Vector3<f64>| state[1] - 1.5;
+    let section = Event { function: &ahead, direction: Direction::Rising, stops: false };
+    let settled = shooting.settle(&fast, sliding, 300.0, &section);
+    let settled = settled.and_then(|guess| shooting.free(&fast, guess));
+    assert!(settled.is_err(), "{settled:?}");
+    // Branches over nothing, and gains that are none.
+    let along = |range: std::ops::Range<f64>| {
+        let make = |speed: f64| -> Result<_, ParameterError> { Ok(rig(model, speed)) };
+        Continuation::over(range).free(make, 0.1, stick_slip(&system, 0.1)).map(drop)
+    };
+    assert!(refused(&along(1.0..1.0)) && refused(&along(f64::NAN..1.0)));
+    for bad in [f64::NAN, -1.0, f64::INFINITY] {
+        let mut parameters = hunting_loop();
+        parameters.controller.integral = bad;
+        assert!(refused(&hunting(&parameters, &[0.02], 60.0).map(drop)));
+        assert!(refused(&hunting_loop().outcome(0.02, bad).map(drop)));
+    }
+    assert!(refused(&hunting(&hunting_loop(), &[], 60.0).map(drop)));
+    let dahl =
+        Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 }).unwrap();
+    let still = shooting.prescribed(&dahl.under_load(1.0).unwrap(), 0.0, (0.0, 1.0));
+    assert!(still.is_err(), "{still:?}");
+}
