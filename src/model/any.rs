@@ -9,7 +9,7 @@ use super::{
 use crate::curve::{AnyCurve, FrictionCurve};
 use crate::regularisation::AnyRegularisation;
 use crate::rheology::{KelvinVoigt, Maxwell};
-use crate::{Bristle, Scalar, Surface};
+use crate::{Bristle, LoadChange, Scalar, Surface};
 
 /// A friction model of one deflection chosen at run time, by a configuration file for instance: one
 /// of this crate's, over any curve, with its numbers to the last bit.
@@ -118,6 +118,8 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
         #[inline]
         storage_stiffness() -> T;
         holding_coefficient(surface: Surface<T>, carried: T) -> T;
+        #[inline]
+        held(change: LoadChange<T>, surface: Surface<T>, deflection: T) -> T;
         obeys(law: Law) -> bool;
         limits(fastest: T) -> Limits<T>;
         characteristics(fastest: T) -> Option<Characteristics<T>>;

@@ -15,8 +15,8 @@ use bristle::rheology::{ElementBounds, Elements, KelvinVoigt, KelvinVoigtParamet
 use bristle::scene::MassSpringDamper;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{
-    Affine, AnyBristle, Bounds, Bristle, Form, FrBd, Law, Limits, ParameterError, Scalar, Sliding,
-    Surface, paper,
+    Affine, AnyBristle, Bounds, Bristle, Contact, Form, FrBd, Law, Limits, LoadChange,
+    ParameterError, Scalar, Sliding, Surface, paper,
 };
 use bristle_batch::{Batch, CommitInput, PassiveOutput, ReloadInput, StepInput};
 use bristle_fidelity::{
@@ -480,4 +480,41 @@ fn curves_of_ones_own_stand_in_every_model_and_table() {
     assert!(stuck.sticks(0.0, 1.4e-4) && !stuck.sticks(0.0, 1.6e-4));
     let (fixed, any) = (FrBd::new(SECANT, bristle), FrBd::new(own, bristle));
     assert_eq!(fixed.hold(0.01, 1e-5, 1e-3), any.hold(0.01, 1e-5, 1e-3));
+}
+
+/// `PowerDahl`, whose tip lets go of all its stretch when the load changes.
+#[derive(Debug, Clone, Copy)]
+struct LetsGo(PowerDahl<f64>);
+
+impl Bristle<f64> for LetsGo {
+    type Deflection = f64;
+
+    fn affine(&self, surface: Surface<f64>, z: f64) -> Affine<f64> {
+        self.0.affine(surface, z)
+    }
+
+    fn affine_and_slopes(&self, surface: Surface<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
+        self.0.affine_and_slopes(surface, z)
+    }
+
+    fn stationary(&self, surface: impl Into<Surface<f64>>) -> f64 {
+        self.0.stationary(surface)
+    }
+
+    fn storage_stiffness(&self) -> f64 {
+        self.0.storage_stiffness()
+    }
+
+    fn held(&self, _: LoadChange<f64>, _: Surface<f64>, _: f64) -> f64 {
+        0.0
+    }
+}
+
+#[test]
+fn what_a_model_of_ones_own_says_of_a_load_is_heard_behind_the_door() {
+    let model = LetsGo(POWER);
+    let of = |mut contact: Contact<f64, AnyBristle<f64>>| contact.reload(1.5, 0.0, 1e-5).unwrap();
+    let (own, ours) = (AnyBristle::own(model), AnyBristle::own(POWER));
+    assert_eq!(of(own.under_load(2.0).unwrap()).deflection, 0.0);
+    assert_eq!(of(ours.under_load(2.0).unwrap()).deflection, 1e-5);
 }
