@@ -57,6 +57,7 @@ mod explicit;
 mod failure;
 mod growth;
 mod integration;
+mod kink;
 mod locked;
 mod progress;
 mod rejection;
