@@ -23,8 +23,8 @@
 //! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
 //! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded:
 //! several velocities of the tip carry the same load, and the model is refused. A load above the
-//! reference load scales μ, and may fold it, too: there the answer is NaN, see
-//! [`ImplicitBristle::folding_scale`].
+//! reference load scales μ, and may fold it, too: see
+//! [`Bristle::folding_scale`].
 //!
 //! # The affine form
 //!
@@ -183,22 +183,11 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         &self.rheology
     }
 
-    /// The friction scale s = p/P \[–\] at which the force balance folds, σ1 = −s min dμ/d|v|, if
-    /// there is one. From there on several tip velocities fit: rates, forces and steps are NaN, and
-    /// [`ode::solve`](crate::ode::solve) stops with
-    /// [`StopReason::NotFinite`](crate::ode::StopReason::NotFinite). Keep the load below it.
-    pub fn folding_scale(&self) -> Option<T> {
-        let damping = self.rheology.elements(Branch::Forward.of(T::zero())).damping;
-        (self.least_slope < T::zero()).then(|| -damping / self.least_slope)
-    }
-
     /// The force balance under a friction scale s.
     #[inline]
     fn balance(&self, scale: T) -> Balance<'_, C, T> {
         let Elements { stiffness, damping, .. } =
             self.rheology.elements(Branch::Forward.of(T::zero()));
-        let folds = scale > T::one() && !(damping + scale * self.least_slope > T::zero());
-        let stiffness = if folds { T::nan() } else { stiffness };
         Balance { curve: &self.curve, stiffness, damping, scale }
     }
 
@@ -323,6 +312,12 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
 
     fn storage_stiffness(&self) -> T {
         self.rheology.storage_stiffness()
+    }
+
+    /// σ1 = −s min dμ/d|v|.
+    fn folding_scale(&self) -> Option<T> {
+        let damping = self.rheology.elements(Branch::Forward.of(T::zero())).damping;
+        (self.least_slope < T::zero()).then(|| -damping / self.least_slope)
     }
 
     fn form(&self) -> Form {

@@ -23,8 +23,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     Integration<'_, T, S, M, N, K>
 {
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
-    /// Answers with a shorter step where this one does not follow what grows or passes over a kink; a
-    /// step that ends at a reversal is taken as it is.
+    /// Answers with a shorter step where this one does not follow what grows or passes over a kink;
+    /// a step that ends at a reversal is taken as it is.
     #[inline]
     pub(super) fn estimate(
         &mut self,

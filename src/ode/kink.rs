@@ -1,9 +1,9 @@
 //! Kinks of the right-hand side that nobody declares, such as `max(−x, 0)` or a limited torque.
 //!
-//! A step over a kink ΔJ (x − x_k)₊ has an error of about 0.01 h |ΔJ Δx|, but an estimate of it may
-//! vanish by chance, where the kink lies at a zero of its kernel. The Jacobians at both ends of the
-//! step show it: the entries of a smooth one change about as fast as in the step before, those of ΔJ
-//! all at once.
+//! A step h over a kink ΔJ (x − x_k)₊ has an error of about 0.01 h |ΔJ Δx|, where J is the Jacobian
+//! and Δx the way of the states. An estimate of it may vanish by chance, where the kink lies at a
+//! zero of its kernel. The Jacobians at both ends of the step show it: smooth entries change about
+//! as fast as in the step before, those of ΔJ all at once.
 
 use nalgebra::{SMatrix, SVector};
 

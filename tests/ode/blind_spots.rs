@@ -1,5 +1,5 @@
-//! Where an error estimate sees nothing: derivatives that are wrong, contacts that reverse together.
-//! A success is one there, too.
+//! Where an error estimate sees nothing: derivatives that are wrong, contacts that reverse
+//! together. A success is one there, too. More of it is drawn in `drawn`.
 #![cfg(feature = "alloc")]
 
 use bristle::Branch;
