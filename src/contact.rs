@@ -442,7 +442,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
-    /// NaN for a negative normal force, and without a reference load.
+    /// NaN for a negative normal force, without a reference load, and for an implicit bristle from
+    /// its [fold](Bristle::folding_scale) on.
     #[inline]
     pub fn response_under(
         &self,
@@ -450,7 +451,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         surface: impl Into<Surface<T>>,
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
-        let normal_force = if normal_force >= T::zero() { normal_force } else { T::nan() };
+        let scale = self.scale_under(normal_force);
+        let fits = self.model.folding_scale().is_none_or(|fold| scale < fold);
+        let normal_force = if normal_force >= T::zero() && fits { normal_force } else { T::nan() };
         let surface = surface.into().rescaled(self.scale_under(normal_force));
         let affine = if is_zero(surface.scale()) {
             Affine::none()

@@ -117,6 +117,7 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
         stationary_coefficient(surface: impl Into<Surface<T>>) -> T;
         #[inline]
         storage_stiffness() -> T;
+        folding_scale() -> Option<T>;
         holding_coefficient(surface: Surface<T>, carried: T) -> T;
         #[inline]
         held(change: LoadChange<T>, surface: Surface<T>, deflection: T) -> T;

@@ -23,7 +23,8 @@
 //! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
 //! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded:
 //! several velocities of the tip carry the same load, and the model is refused. A load above the
-//! reference load scales μ, and may fold it, too: see [`ImplicitBristle::folding_scale`].
+//! reference load scales μ, and may fold it, too: see
+//! [`Bristle::folding_scale`].
 //!
 //! # The affine form
 //!
@@ -182,14 +183,6 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         &self.rheology
     }
 
-    /// The friction scale s = p/P \[–\] at which the force balance folds, σ1 = −s min dμ/d|v|, if
-    /// there is one. From there on several tip velocities fit: steps stay passive, and
-    /// [`ode::solve`](crate::ode::solve) may not get on. Keep the load below it.
-    pub fn folding_scale(&self) -> Option<T> {
-        let damping = self.rheology.elements(Branch::Forward.of(T::zero())).damping;
-        (self.least_slope < T::zero()).then(|| -damping / self.least_slope)
-    }
-
     /// The force balance under a friction scale s.
     #[inline]
     fn balance(&self, scale: T) -> Balance<'_, C, T> {
@@ -319,6 +312,12 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
 
     fn storage_stiffness(&self) -> T {
         self.rheology.storage_stiffness()
+    }
+
+    /// σ1 = −s min dμ/d|v|.
+    fn folding_scale(&self) -> Option<T> {
+        let damping = self.rheology.elements(Branch::Forward.of(T::zero())).damping;
+        (self.least_slope < T::zero()).then(|| -damping / self.least_slope)
     }
 
     fn form(&self) -> Form {

@@ -126,6 +126,13 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// The stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
     fn storage_stiffness(&self) -> Self::Deflection;
 
+    /// The friction scale s = p/P \[–\] from which on several rates fit, if there is one (an
+    /// implicit bristle has one). Steps stay passive there, but the response under such a load is
+    /// NaN, so that a solver stops at once.
+    fn folding_scale(&self) -> Option<T> {
+        None
+    }
+
     /// What the coefficients depend on. What works with some forms only asks this: an observer when
     /// it is built, a patch in every motion. The default promises nothing.
     fn form(&self) -> Form {

@@ -70,6 +70,7 @@ erased! {
         affine(surface: Surface<T>, deflection: T) -> Affine<T>;
         affine_and_slopes(surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>);
         storage_stiffness() -> T;
+        folding_scale() -> Option<T>;
         holding_coefficient(surface: Surface<T>, carried: T) -> T;
         held(change: LoadChange<T>, surface: Surface<T>, deflection: T) -> T;
         form() -> Form;

@@ -106,7 +106,11 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
     }
 
     fn tolerance_range(&self) -> ToleranceRange {
-        if *self == Self::Automatic { ToleranceRange::AUTOMATIC } else { ToleranceRange::SINGLE }
+        match self {
+            Self::Automatic => ToleranceRange::AUTOMATIC,
+            Self::Rodas4 | Self::Rodas5P => ToleranceRange::ROSENBROCK,
+            _ => ToleranceRange::SINGLE,
+        }
     }
 
     fn check_adaptive(&self) -> Result<(), ParameterError> {
@@ -165,13 +169,13 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for AnyStepper<T, N> {
     }
 
     #[inline]
-    fn mean_jacobian<F: Field<T, N>>(
+    fn jacobians_of_step<F: Field<T, N>>(
         &mut self,
         field: &mut F,
         from: &Point<T, N>,
         end: &Point<T, N>,
-    ) -> SMatrix<T, N, N> {
-        of_the_method!(self, stepper => stepper.mean_jacobian(field, from, end))
+    ) -> [SMatrix<T, N, N>; 2] {
+        of_the_method!(self, stepper => stepper.jacobians_of_step(field, from, end))
     }
 
     fn dense_output<F: Field<T, N>>(

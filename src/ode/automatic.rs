@@ -154,13 +154,13 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
     }
 
     #[inline]
-    fn mean_jacobian<F: Field<T, N>>(
+    fn jacobians_of_step<F: Field<T, N>>(
         &mut self,
         field: &mut F,
         from: &Point<T, N>,
         end: &Point<T, N>,
-    ) -> SMatrix<T, N, N> {
-        at_work!(self.mean_jacobian(field, from, end))
+    ) -> [SMatrix<T, N, N>; 2] {
+        at_work!(self.jacobians_of_step(field, from, end))
     }
 
     fn dense_output<F: Field<T, N>>(

@@ -5,11 +5,12 @@ use nalgebra::ComplexField;
 
 use super::System;
 use super::failure::StopReason;
+use super::growth::MANY;
 use super::integration::Integration;
 use super::locked::Interval;
 use super::stepper::{Method, Point, Stepper, TrialStep};
 use crate::Scalar;
-use crate::scalar::to_f64;
+use crate::scalar::{lit, to_f64};
 
 /// An estimated error so many times its limit tells no more than that it is too large.
 const HOPELESS: f64 = 1e4;
@@ -22,8 +23,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     Integration<'_, T, S, M, N, K>
 {
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
-    /// Answers with a shorter step where this one does not follow what grows; a step that ends at
-    /// a reversal is taken as it is.
+    /// Answers with a shorter step where this one does not follow what grows or passes over a kink;
+    /// a step that ends at a reversal is taken as it is.
     #[inline]
     pub(super) fn estimate(
         &mut self,
@@ -33,11 +34,17 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     ) -> Option<T> {
         self.most_growth?;
         let (stepper, mut field, from) = self.parts(interval);
-        let jacobian = stepper.mean_jacobian(&mut field, from, end);
+        let jacobians = stepper.jacobians_of_step(&mut field, from, end);
         let step = end.time - self.point.time;
-        let growth = jacobian * step;
+        let growth = (jacobians[0] + jacobians[1]) * (step * lit(0.5));
+        let tolerance = self.settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
         if !is_cut {
-            let tolerance = self.settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
+            let moved = end.state - self.point.state;
+            if N < MANY
+                && let Some(shorter) = self.kinks.shorter(&jacobians, (step, &moved), &end.scale)
+            {
+                return Some(shorter);
+            }
             let remaining = (self.progress.end_time - self.point.time).abs();
             let follows = (trial.order, tolerance);
             let shorter = self.seeds.shorter(&growth, (step.abs(), remaining), &end.scale, follows);
@@ -45,7 +52,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
                 return shorter;
             }
         }
-        self.growth.step(&growth, (&trial.error, square), &end.scale);
+        let part = self.settings.method.tolerance_range().part_of_estimate(tolerance, trial.order);
+        self.growth.step(&growth, (&trial.error, square * part * part), &end.scale);
         None
     }
 

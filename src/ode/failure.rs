@@ -15,7 +15,8 @@ pub enum StopReason {
     /// An argument of the run was refused.
     #[error(transparent)]
     Refused(#[from] ParameterError),
-    /// The right-hand side is not finite, however short the step.
+    /// The right-hand side is not finite, however short the step. That of an implicit bristle is
+    /// none beyond its [fold](crate::Bristle::folding_scale).
     #[error("component {component} of the right-hand side or of the state is not finite")]
     NotFinite {
         /// The first component that is not.

@@ -24,7 +24,7 @@ use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
 /// From so many states on products with a vector are cheaper than factors of a matrix.
-const MANY: usize = 12;
+pub(super) const MANY: usize = 12;
 
 /// Most terms of the power series of e^A x. More are needed where the step is stiff; then the
 /// factors are taken.
@@ -185,7 +185,7 @@ impl<T: Scalar, const N: usize> Exponential<T, N> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Exponential, Growth};
+    use super::{Exponential, Growth, series};
     use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 
     /// e^A x.
@@ -209,6 +209,19 @@ mod tests {
         let moved = exponential(&stiff, &Vector3::new(1.0, 1.0, 1.0));
         assert!(moved[0].abs() < 1e-6 && moved[2].abs() < 1e-6, "{moved}");
         assert!((moved[1] / 1f64.exp() - 1.0).abs() < 0.02, "{moved}");
+    }
+
+    #[test]
+    fn the_series_is_the_exponential_or_none() {
+        for angle in [0.0, 0.1, 3.0] {
+            let a = Matrix2::new(-angle, -angle, angle, -angle);
+            let turned = Vector2::new(f64::cos(angle), angle.sin()) * f64::exp(-angle);
+            let found = series(&a, &Vector2::x(), &Vector2::repeat(1.0)).unwrap_or_default();
+            // Terms below a hundredth of the sum are left out.
+            assert!((found - turned).norm() < 0.01 * turned.norm(), "{angle}: {found}");
+        }
+        let stiff = Matrix2::new(-1e3, 0.0, 0.0, -1.0);
+        assert_eq!(series(&stiff, &Vector2::repeat(1.0), &Vector2::repeat(1.0)), None);
     }
 
     #[test]

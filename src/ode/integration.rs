@@ -7,6 +7,7 @@ use super::dense_output::DenseOutput;
 use super::derivative_check::DerivativeCheck;
 use super::failure::{Failure, StopReason};
 use super::growth::Growth;
+use super::kink::Kinks;
 use super::locked::{Interval, Locked};
 use super::progress::{NextStep, Progress, StopTime};
 use super::reversal::{ContactBranch, Reversal, first_reversal, surely_none};
@@ -59,6 +60,7 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     step: Step<T, N>,
     pub(super) growth: Growth<T, N>,
     pub(super) seeds: Seeds<T>,
+    pub(super) kinks: Kinks<T, N>,
     pub(super) derivatives: DerivativeCheck,
     /// The largest estimated error of the solution over the tolerances of a step, if it has one.
     pub(super) most_growth: Option<f64>,
@@ -96,6 +98,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             stopped: None,
             growth: Growth::new(),
             seeds: Seeds::new(),
+            kinks: Kinks::new(),
             derivatives: DerivativeCheck::default(),
             most_growth: settings.most_growth(),
             enough: None,
@@ -193,7 +196,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
 
     /// Evaluates the rate at the current point anew.
     pub(super) fn refresh_rate(&mut self) {
-        let stop = self.progress.next_stop(self.kinks());
+        self.kinks = Kinks::new();
+        let stop = self.progress.next_stop(self.input_kinks());
         let interval = self.interval(stop);
         let (stepper, mut field, point) = self.parts(interval);
         stepper.begin(&mut field, point);
@@ -220,7 +224,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     }
 
     /// The next kink of an input between two times, if steps are split there.
-    fn kinks(&self) -> impl Fn(T, T) -> Option<T> + use<'a, T, S, M, N, K> {
+    fn input_kinks(&self) -> impl Fn(T, T) -> Option<T> + use<'a, T, S, M, N, K> {
         let (system, is_locking) = (self.system, self.settings.locks);
         move |from, towards| if is_locking { system.next_kink(from, towards) } else { None }
     }
@@ -234,7 +238,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         self.check_growth()?;
         self.check_derivatives()?;
         while !self.progress.is_over() {
-            let trial = self.progress.trial(self.kinks())?;
+            let trial = self.progress.trial(self.input_kinks())?;
             let NextStep { step, end_time, stop, reaches } = trial;
             let interval = self.interval(stop);
             let Some((end, tried, square)) = self.try_step((step, end_time), interval)? else {

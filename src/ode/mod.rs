@@ -30,9 +30,10 @@
 //!
 //! A tolerance does not see what grows from far below it, such as steady sliding on a falling curve
 //! that has not begun to stick and slip. Where the Jacobian has eigenvalues that make something
-//! grow e⁴-fold over the rest of the run, steps are short enough to follow it. The derivatives that
-//! a system gives are compared with differences now and then, and refused if they are wrong
-//! ([`StopReason::WrongDerivative`]).
+//! grow e⁴-fold over the rest of the run, steps are short enough to follow it. Nor does it always
+//! see a kink of the right-hand side that nobody declares; the Jacobians at both ends of a step
+//! show it (with fewer than 12 states). The derivatives that a system gives are compared with
+//! differences now and then, and refused if they are wrong ([`StopReason::WrongDerivative`]).
 //!
 //! A run that hands out its steps ([`Solver::stream`], [`Solver::begin`]) cannot be repeated. Its
 //! steps are four thousand times as tight as the tolerance, and it stops with
@@ -57,6 +58,7 @@ mod explicit;
 mod failure;
 mod growth;
 mod integration;
+mod kink;
 mod locked;
 mod progress;
 mod rejection;

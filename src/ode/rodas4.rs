@@ -6,6 +6,7 @@
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
 use super::stepper::OneStep;
+use super::tolerance::ToleranceRange;
 use crate::Scalar;
 
 /// The L-stable Rosenbrock method RODAS of order 4(3), for stiff systems and moderate tolerances.
@@ -17,6 +18,10 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas4 {
 
     fn stepper(&self, _tolerance: f64) -> Self::Stepper {
         Rosenbrock::new()
+    }
+
+    fn tolerance_range(&self) -> ToleranceRange {
+        ToleranceRange::ROSENBROCK
     }
 }
 

@@ -8,6 +8,7 @@
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
 use super::stepper::OneStep;
+use super::tolerance::ToleranceRange;
 use crate::Scalar;
 
 /// The L-stable Rosenbrock method Rodas5P of order 5(4), for stiff systems and tight tolerances.
@@ -19,6 +20,10 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas5P {
 
     fn stepper(&self, _tolerance: f64) -> Self::Stepper {
         Rosenbrock::new()
+    }
+
+    fn tolerance_range(&self) -> ToleranceRange {
+        ToleranceRange::ROSENBROCK
     }
 }
 

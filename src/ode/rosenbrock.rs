@@ -141,13 +141,13 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
     }
 
     #[inline]
-    fn mean_jacobian<F: Field<T, N>>(
+    fn jacobians_of_step<F: Field<T, N>>(
         &mut self,
         _field: &mut F,
         _from: &Point<T, N>,
         _end: &Point<T, N>,
-    ) -> SMatrix<T, N, N> {
-        (self.at_start.by_state + self.at_end.by_state) * lit::<T>(0.5)
+    ) -> [SMatrix<T, N, N>; 2] {
+        [self.at_start.by_state, self.at_end.by_state]
     }
 
     fn dense_output<F: Field<T, N>>(

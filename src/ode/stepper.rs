@@ -107,13 +107,14 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
         true
     }
 
-    /// The mean of the Jacobians at both ends of a trial step, after [`Stepper::arrive`].
-    fn mean_jacobian<F: Field<T, N>>(
+    /// The Jacobians at both ends of a trial step, after [`Stepper::arrive`]; of many states, one
+    /// known before for both.
+    fn jacobians_of_step<F: Field<T, N>>(
         &mut self,
         field: &mut F,
         from: &Point<T, N>,
         end: &Point<T, N>,
-    ) -> SMatrix<T, N, N>;
+    ) -> [SMatrix<T, N, N>; 2];
 
     /// The dense output of a trial step, after [`Stepper::arrive`].
     fn dense_output<F: Field<T, N>>(

@@ -19,7 +19,7 @@ use crate::scalar::lit;
 /// Which points of a solution to store.
 ///
 /// The error of a solution is estimated at the ends of steps. Between them lies the method's curve.
-/// Its error was measured to be up to a hundred times as large for
+/// Its error was measured to be up to seven hundred times as large for
 /// [`DormandPrince8`](super::DormandPrince8), whose steps are long and may be held by stability
 /// alone, and mostly less than ten times for the others.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,7 +12,7 @@ use bristle::ode::{
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::MassSpringDamper;
 use bristle::signal::Function;
-use bristle::{Branch, Bristle, FrBd, ParameterError, Rule, paper};
+use bristle::{Branch, Bristle, Contact, FrBd, ImplicitBristle, ParameterError, Rule, paper};
 use bristle_specimens::ode::{
     Counted, Integral, OfAny, Oscillator, every_method, every_solver, stick_slip, tolerance,
 };
@@ -584,5 +584,33 @@ fn more_samples_than_there_is_memory_for_are_refused() {
         let output = Output::Uniform(samples);
         let stopped = solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), output).unwrap_err();
         assert_eq!(refusal(&stopped).name, "samples");
+    }
+}
+
+/// An implicit bristle under a load, dragged at 1 mm/s and more.
+struct Loaded(Contact<f64, ImplicitBristle<Stribeck<f64>>>, f64);
+
+impl System<f64, 1> for Loaded {
+    fn rate(&self, time: f64, z: &Vector1<f64>, [branch]: [Branch; 1]) -> Vector1<f64> {
+        Vector1::new(self.0.response_under(self.1, branch.of(1e-3 + 0.1 * time), z[0]).rate)
+    }
+    fn sliding_velocities(&self, time: f64, _: &Vector1<f64>) -> [f64; 1] {
+        [1e-3 + 0.1 * time]
+    }
+}
+
+#[test]
+fn an_implicit_bristle_beyond_its_fold_is_refused_at_once() {
+    let model = bristle_specimens::implicit::TABLE_2.model();
+    let fold = model.folding_scale().unwrap();
+    let solve = |scale: f64| {
+        let loaded = Loaded(model.under_load(1.0).unwrap(), scale);
+        bristle::ode::solve(&loaded, 0.0..1.0, Vector1::new(0.0), 1e-6, Output::Uniform(2))
+    };
+    assert!(solve(0.999 * fold).is_ok());
+    for scale in [fold, 1.5 * fold] {
+        let failure = solve(scale).unwrap_err();
+        assert_eq!(failure.reason, StopReason::NotFinite { component: 0 }, "{failure}");
+        assert!(failure.statistics.evaluations < 10, "{}", failure.statistics);
     }
 }

@@ -4,6 +4,7 @@
 mod accuracy;
 mod blind_spots;
 mod dense;
+mod drawn;
 mod events;
 mod failures;
 mod kinks;
