@@ -86,7 +86,8 @@ pub enum PointKind {
     Fold,
     /// A motion of twice the period branches off.
     Flip,
-    /// Another branch crosses: a symmetric motion becomes one of two that are not.
+    /// Another branch crosses: a symmetric motion becomes one of two that are not. Newton's
+    /// equations are singular there, so it is located to 10⁻³ of the parameter only.
     Crossing,
 }
 
@@ -177,8 +178,8 @@ impl Continuation {
         self.follow(system, None, parameter, guess)
     }
 
-    /// The branch of forced motions through a state at a parameter; their period \[s\] may depend on
-    /// the parameter.
+    /// The branch of forced motions through a state at a parameter; their period \[s\] may
+    /// depend on the parameter.
     ///
     /// # Errors
     ///
@@ -378,8 +379,10 @@ where
         let mut point = to.point(self.width, kind);
         for _ in 0..60 {
             let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            // Where branches cross, Newton's equations are singular.
-            let Ok(found) = self.correct(&from.unknowns, &from.tangent, place) else { break };
+            // Where branches cross, Newton's equations are singular: beside it, then.
+            let beside = [place, 0.5 * (low.0 + place), 0.5 * (place + high.0)];
+            let correct = |at| Some((at, self.correct(&from.unknowns, &from.tangent, at).ok()?));
+            let Some((place, found)) = beside.into_iter().find_map(correct) else { break };
             let new = end(place, &found);
             // Illinois: the end that stays counts half.
             if new.1 * low.1 > 0.0 {

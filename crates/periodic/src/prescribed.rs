@@ -24,8 +24,8 @@ use crate::shooting::{checked_scales, identity, orbit, solve};
 use crate::{Orbit, PeriodicError, Shooting};
 
 impl Shooting {
-    /// The deflections of a contact under a velocity of period T \[s\] that repeat with it, from one
-    /// run: of a model whose coefficients depend on the velocity alone.
+    /// The deflections of a contact under a velocity of period T \[s\] that repeat with it, from
+    /// one run: of a model whose coefficients depend on the velocity alone.
     ///
     /// ```
     /// use bristle::signal::{Sine, SineParameters};

@@ -13,10 +13,10 @@ use super::{bristle, curve, hunting_loop, rig, stick_slip};
 #[test]
 fn stick_slip_ends_in_a_fold_where_simulated_cycles_die_out() {
     let model = FrBd::new(curve(), bristle());
-    let start = stick_slip(&rig(model, 0.9), 0.1);
+    let start = stick_slip(&rig(model, 0.1), 0.1);
     let system = |speed: f64| Ok(rig(model, speed));
-    let branch = Continuation { most_points: 30, ..Continuation::over(0.02..2.0) }
-        .free(system, 0.9, start)
+    let branch = Continuation { most_points: 22, ..Continuation::over(0.02..2.0) }
+        .free(system, 0.1, start)
         .unwrap();
     let kinds: Vec<_> = branch.special().map(|point| point.kind).collect();
     assert!(kinds.contains(&PointKind::Flip), "{kinds:?}");
