@@ -199,7 +199,7 @@ fn swing<T: Scalar>(n: usize, middle: ArmMiddle<'_, T>) {
     }
 }
 
-fn arm<T: Scalar>() -> Result<Arm<T, [OneRow<T>; JOINTS], Vec<T>>, ParameterError> {
+fn arm<T: Scalar>() -> Result<SevenJoints<T>, ParameterError> {
     let [mass, length, centre] = [1.0, 0.2, 0.1].map(lit);
     let [inertia, rotor, damping] = [0.003, 0.02, 0.05].map(lit);
     let link = Link { mass, length, centre, inertia, rotor, damping };
@@ -207,7 +207,7 @@ fn arm<T: Scalar>() -> Result<Arm<T, [OneRow<T>; JOINTS], Vec<T>>, ParameterErro
     Arm::on_heap(&parameters, std::array::from_fn(on_joint))
 }
 
-type OneRow<T> = [(usize, T); 1];
+type SevenJoints<T> = Arm<T, [[(usize, T); 1]; JOINTS], Vec<T>>;
 /// Derivatives by the six parameters of a joint at once.
 type Dual = DualSVec64<6>;
 
