@@ -10,14 +10,16 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use bristle::companion::{Companion, CompletedStep, PointMass, VelocityHistory};
-use bristle::curve::Stribeck;
-use bristle::rheology::KelvinVoigt;
-use bristle::{Bristle, FrBd, Mechanism, ParameterError, paper};
+use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::scalar::lit;
+use bristle::{Bristle, FrBd, Mechanism, ParameterError, Scalar, paper};
 use bristle_mechanism::gradient::{ArmAdjoint, ContactAdjoint, backwards};
 use bristle_mechanism::{
     Arm, ArmMiddle, ArmMotion, ArmParameters, Block, Chain, ContactState, Coupling, Inputs,
     LinearMechanism, Link, Matrices, Motion, Rows, Structure, on_ground, on_joint,
 };
+use num_dual::DualSVec64;
 
 type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -190,20 +192,68 @@ struct Swing {
     contacts: [ContactState<f64>; JOINTS],
 }
 
-fn swing(n: usize, middle: ArmMiddle<'_, f64>) {
+fn swing<T: Scalar>(n: usize, middle: ArmMiddle<'_, T>) {
     let time = STEP * (n as f64 + 0.5);
     for (i, torque) in middle.torque.iter_mut().enumerate() {
-        *torque = 4.0 / (1.0 + i as f64) * (3.0 * time + i as f64).sin();
+        *torque = lit(4.0 / (1.0 + i as f64) * (3.0 * time + i as f64).sin());
     }
+}
+
+fn arm<T: Scalar>() -> Result<SevenJoints<T>, ParameterError> {
+    let [mass, length, centre] = [1.0, 0.2, 0.1].map(lit);
+    let [inertia, rotor, damping] = [0.003, 0.02, 0.05].map(lit);
+    let link = Link { mass, length, centre, inertia, rotor, damping };
+    let parameters = ArmParameters { links: &[link; JOINTS], gravity: lit(9.81) };
+    Arm::on_heap(&parameters, std::array::from_fn(on_joint))
+}
+
+type SevenJoints<T> = Arm<T, [[(usize, T); 1]; JOINTS], Vec<T>>;
+/// Derivatives by the six parameters of a joint at once.
+type Dual = DualSVec64<6>;
+
+/// A simulation whose first joint has the parameters of the others, seeded.
+fn dual(steps: usize) -> Result<Dual, ParameterError> {
+    let StribeckParameters { static_coefficient, dynamic_coefficient, .. } =
+        paper::STICK_SLIP_CURVE;
+    let StribeckParameters { stribeck_velocity, viscous_friction, .. } = paper::STICK_SLIP_CURVE;
+    let KelvinVoigtParameters { micro_stiffness, micro_damping } = paper::STICK_SLIP_BRISTLE;
+    let values = [
+        static_coefficient,
+        dynamic_coefficient,
+        stribeck_velocity,
+        viscous_friction,
+        micro_stiffness,
+        micro_damping,
+    ];
+    let companion = |seeded: bool| {
+        let seed = |i: usize| {
+            let value = Dual::from_re(values[i]);
+            if seeded { value.derivative(i) } else { value }
+        };
+        let curve = Stribeck::new(StribeckParameters {
+            static_coefficient: seed(0),
+            dynamic_coefficient: seed(1),
+            stribeck_velocity: seed(2),
+            stribeck_exponent: Dual::from_re(paper::STICK_SLIP_CURVE.stribeck_exponent),
+            viscous_friction: seed(3),
+        })?;
+        let bristle = KelvinVoigtParameters { micro_stiffness: seed(4), micro_damping: seed(5) };
+        FrBd::new(curve, KelvinVoigt::new(bristle)?).under_load(lit(1.0))?.companion(lit(1.0))
+    };
+    let (mut companions, mut arm) = ([companion(false)?; JOINTS], arm::<Dual>()?);
+    companions[0] = companion(true)?;
+    let mut contacts = companions.map(|companion| ContactState::new(&companion, lit(0.0)));
+    let [mut q, mut v, mut a] = [[Dual::from_re(0.0); JOINTS]; 3];
+    for n in 0..steps {
+        let motion = ArmMotion { position: &mut q, velocity: &mut v, acceleration: &mut a };
+        arm.step(lit(STEP), motion, &companions, &mut contacts, |middle| swing(n, middle))?;
+    }
+    Ok(q[0])
 }
 
 /// Time of a gradient by the adjoint over that of a simulation.
 fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
-    let (mass, length, centre) = (1.0, 0.2, 0.1);
-    let link = Link { mass, length, centre, inertia: 0.003, rotor: 0.02, damping: 0.05 };
-    let parameters = ArmParameters { links: &[link; JOINTS], gravity: 9.81 };
-    let rows: [_; JOINTS] = std::array::from_fn(on_joint);
-    let (arm, companions) = (Arm::on_heap(&parameters, rows)?, [companion; JOINTS]);
+    let (arm, companions) = (arm()?, [companion; JOINTS]);
     let contacts = companions.map(|companion| ContactState::new(&companion, 0.0));
     let (start, steps) = (Swing { motion: [[0.0; JOINTS]; 3], contacts }, 500);
     let forwards = |arm: &mut Arm<_, _, Vec<f64>>, n: usize, state: &mut Swing| {
@@ -212,14 +262,17 @@ fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
         arm.step(STEP, motion, &companions, &mut state.contacts, |middle| swing(n, middle))
     };
     let (mut one, mut other) = (arm.clone(), arm);
-    let mut best = [(); 3].map(|()| Best(f64::INFINITY));
+    let mut best = [(); 4].map(|()| Best(f64::INFINITY));
     for _ in 0..ROUNDS / 5 {
         best[0].time(1, || {
             let mut state = start;
             let done = (0..steps).try_for_each(|n| forwards(&mut one, n, &mut state));
             black_box((done.is_ok(), state));
         });
-        for (best, between) in best[1..].iter_mut().zip([1, 22]) {
+        best[3].time(1, || {
+            black_box(dual(steps).is_ok());
+        });
+        for (best, between) in best[1..3].iter_mut().zip([1, 22]) {
             best.time(1, || {
                 let mut gradient = [0.0; 6 * JOINTS];
                 let mut by = [[0.0; JOINTS]; 3];
@@ -255,11 +308,13 @@ fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
             });
         }
     }
-    let [alone, all, some] = best.map(|best| best.0 * 1e-6);
+    let [alone, all, some, dual] = best.map(|best| best.0 * 1e-6);
     println!();
     println!("7 joints, 500 steps, 42 parameters                  ms   ratio");
     println!("simulation                                   {alone:9.2}");
     println!("gradient, all states kept                    {all:9.2}   {:5.2}", all / alone);
     println!("gradient, one state in 22 kept               {some:9.2}   {:5.2}", some / alone);
+    let dual = JOINTS as f64 * dual;
+    println!("dual numbers, six parameters at once         {dual:9.2}   {:5.2}", dual / alone);
     Ok(())
 }

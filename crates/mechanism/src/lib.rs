@@ -14,7 +14,9 @@
 //! | A, B, G | M + (h/2)C + (h²/4)K, A⁻¹Wᵀ, (h/2)W B | kg, 1/kg, s/kg |
 //!
 //! Angles and torques serve as well. [`LinearMechanism`] holds the matrices, [`Chain`] makes them
-//! for blocks in a row, and [`ContactState`] is what a contact keeps from step to step.
+//! for blocks in a row, and [`ContactState`] is what a contact keeps from step to step. [`Arm`] has
+//! masses that depend on where it is, [`ElasticJoint`] a shaft with backlash. [`gradient`] has the
+//! derivatives of a loss by friction parameters.
 //!
 //! # A step
 //!
@@ -40,8 +42,8 @@
 //!
 //! for every h, every prediction and every number of contacts; the second for models whose
 //! [companion step is passive](bristle::companion::CompanionStep::is_passive). With matrices that
-//! [change](LinearMechanism::change) from step to step, as M(q) of an arm, the second stays, and
-//! the total closes to O(h²). Passive is not accurate; the order is two.
+//! [change](LinearMechanism::change) from step to step, as M(q) of an [`Arm`], the second stays,
+//! and the total closes to O(h²). Passive is not accurate; the order is two.
 //!
 //! Source: the companion form of Romano et al. (arXiv 2602.09429), see [`bristle::companion`]; the
 //! reduction to the contacts is the Woodbury identity.

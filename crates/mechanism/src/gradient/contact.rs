@@ -9,10 +9,11 @@
 use super::Differentiable;
 use crate::contacts::ContactState;
 use bristle::companion::{Companion, CompanionStep};
+use bristle::parameter::Named;
 use bristle::rheology::HeldWeights as _;
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
-use bristle::{Affine, Branch, Scalar, Surface};
+use bristle::{Affine, Scalar, Surface};
 
 /// The derivatives of a loss by what a contact keeps. All zero where the loss does not ask for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -178,9 +179,9 @@ fn by_coefficients<T: Scalar>(
     (by_bias * stiffness * phi1 + by_end * decay, by)
 }
 
-/// A deflection was cut to z_ss(u), at the predicted speed, at rest, at the fastest or at the
-/// summit of the curve: adds its derivatives by the parameters to a gradient, and returns those by
-/// the predicted velocity and the scale.
+/// A deflection was cut to z_ss(u) = r u/λ, at rest, at the predicted speed, at the fastest or at
+/// the summit of the curve: adds its derivatives by the parameters to a gradient, and returns those
+/// by the predicted velocity and the scale.
 #[cold]
 fn stationary<T: Scalar, M: Differentiable<T>>(
     companion: &Companion<T, M>,
@@ -189,23 +190,36 @@ fn stationary<T: Scalar, M: Differentiable<T>>(
     gradient: &mut [T],
 ) -> [T; 2] {
     let (model, predicted) = (companion.contact().model(), on.velocity());
-    let surface = |speed: T| Surface::scaled(Branch::Forward.of(speed), on.scale());
-    let off = |speed: T| (model.stationary(surface(speed)).abs() - at.abs()).abs();
-    let speeds = [predicted.abs(), T::zero(), companion.fastest()];
+    // At rest r u/λ is a limit.
+    let rest = Named::<T>::smallest();
+    let surface = |speed: T| Surface::scaled(speed.larger(rest), on.scale());
+    let off = |speed: T| (model.stationary(surface(speed)) - at.abs()).abs();
+    let slopes = |speed: T, by: T, gradient: &mut [T]| {
+        let (on, zero) = (surface(speed), T::zero());
+        let Affine { relaxation, drive, .. } = model.affine(on, at);
+        let by_drive = by * on.velocity() / relaxation;
+        let by_relaxation = -by_drive * drive / relaxation;
+        let by_affine =
+            Affine { relaxation: by_relaxation, drive: by_drive, stiffness: zero, damping: zero };
+        let [slope, by_scale] = model.pull_back(on, &by_affine, gradient);
+        [slope + by * drive / relaxation, by_scale]
+    };
+    let speeds = [T::zero(), predicted.abs(), companion.fastest()];
     let closer = |one: T, other: T| if off(other) < off(one) { other } else { one };
     let mut speed = speeds.into_iter().fold(speeds[0], closer);
     if !(off(speed) <= lit::<T>(16.0) * T::default_epsilon() * at.abs()) {
         // The deflection at the summit does not depend on its place.
-        let slope = |at: T| model.pull_back_stationary(surface(at), T::one(), &mut [])[0];
+        let slope = |at: T| slopes(at, T::one(), &mut [])[0];
         let mut falling = companion.fastest();
         for _ in 0..64 {
             falling *= if slope(falling) < T::zero() { T::one() } else { lit(0.5) };
         }
-        let (start, end) = ((T::zero(), slope(T::zero())), (falling, slope(falling)));
+        let rising = falling * lit(1e-3);
+        let (start, end) = ((rising, slope(rising)), (falling, slope(falling)));
         speed = enclose(slope, start, end, T::zero()).1;
     }
-    let by = if at < T::zero() { -by } else { by };
-    let [slope, by_scale] = model.pull_back_stationary(surface(speed), by, gradient);
+    let [slope, by_scale] = slopes(speed, if at < T::zero() { -by } else { by }, gradient);
+    let moves = speed > T::zero() && speed == predicted.abs();
     let slope = if predicted < T::zero() { -slope } else { slope };
-    [if speed == speeds[0] { slope } else { T::zero() }, by_scale]
+    [if moves { slope } else { T::zero() }, by_scale]
 }

@@ -16,14 +16,6 @@ pub trait Differentiable<T: Scalar>: Bristle<T, Deflection = T> {
     /// With the derivatives `by` of a quantity by λ, r, c₀ and c₂: adds those by each parameter to
     /// a gradient, and returns those by the velocity and by the friction scale.
     fn pull_back(&self, surface: Surface<T>, by: &Affine<T>, gradient: &mut [T]) -> [T; 2];
-
-    /// The same of the deflection z_ss of steady sliding, with the derivative by it, at v > 0.
-    fn pull_back_stationary(&self, surface: Surface<T>, by: T, gradient: &mut [T]) -> [T; 2];
-}
-
-/// Adds to a gradient, in the order of the parameters.
-fn add<T: Scalar, const N: usize>(gradient: &mut [T], terms: [T; N]) {
-    gradient.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
 }
 
 /// A curve at a speed, without scale: μ, ∂μ/∂|v|, and ∂μ/∂(μ_s, μ_d, v_S, σ2), with one
@@ -72,17 +64,8 @@ impl<T: Scalar> Differentiable<T> for FrBd<Stribeck<T>, KelvinVoigt<T>> {
         let [a, b, c, d] = curve.map(|slope| by_unscaled * slope);
         let by_stiffness = by.stiffness * drive + by.relaxation * share;
         let by_damping = by.damping * drive - (by_drive * drive + by_share * share) * share;
-        add(gradient, [a, b, c, d, by_stiffness, by_damping]);
+        let terms = [a, b, c, d, by_stiffness, by_damping];
+        gradient.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
         [(by_unscaled * slope + by_speed) * surface.direction(), by_mu * unscaled]
-    }
-
-    fn pull_back_stationary(&self, surface: Surface<T>, by: T, gradient: &mut [T]) -> [T; 2] {
-        let stiffness = self.rheology().parameters().micro_stiffness;
-        let (mu, slope, curve) = curve(self.curve(), surface.speed());
-        let by = by / stiffness;
-        let scaled = surface.apply(by);
-        let [a, b, c, d] = curve.map(|slope| scaled * slope);
-        add(gradient, [a, b, c, d, -scaled * mu / stiffness, T::zero()]);
-        [scaled * slope, by * mu]
     }
 }

@@ -1,6 +1,5 @@
 //! An arm of any number of joints: against two links written out by hand, and by its energy.
 
-use bristle::companion::Companion;
 use bristle::nalgebra::{Matrix2, SVector, Vector2};
 use bristle::ode::{self, Output, System};
 use bristle::{Branch, Contact};
@@ -56,11 +55,14 @@ impl System<f64, 6, 2> for TwoLinks {
     }
 }
 
-/// Angles and velocities after 3 s in steps of h, by a storage of its own size.
-fn run(companion: Companion<f64, Friction>, h: f64) -> [f64; 4] {
-    let parameters = ArmParameters { links: &LINKS, gravity: GRAVITY };
-    let storage = [f64::NAN; ArmParameters::<f64>::storage(2, 2)];
-    let mut arm = Arm::new(&parameters, [on_joint(0), on_joint(1)], storage).unwrap();
+type Rows = [[(usize, f64); 1]; 2];
+
+/// Angles and velocities after 3 s in steps of h.
+fn run<S>(mut arm: Arm<f64, Rows, S>, h: f64) -> [f64; 4]
+where
+    S: AsRef<[f64]> + AsMut<[f64]>,
+{
+    let companion = friction();
     let mut contacts = [ContactState::new(&companion, 0.0); 2];
     let (mut q, mut v, mut a) = (START, [0.0; 2], [0.0; 2]);
     for n in 0..(3.0 / h).round() as u32 {
@@ -75,15 +77,30 @@ fn run(companion: Companion<f64, Friction>, h: f64) -> [f64; 4] {
     [q[0], q[1], v[0], v[1]]
 }
 
+const PARAMETERS: ArmParameters<'static, f64> = ArmParameters { links: &LINKS, gravity: GRAVITY };
+
+fn two_links() -> Arm<f64, Rows, Vec<f64>> {
+    Arm::on_heap(&PARAMETERS, [on_joint(0), on_joint(1)]).unwrap()
+}
+
+#[test]
+fn bits_are_those_of_a_size_known_at_run_time_and_steps_do_not_allocate() {
+    // What was in the storage before does not count.
+    let storage = [f64::NAN; ArmParameters::<f64>::storage(2, 2)];
+    let fixed = Arm::new(&PARAMETERS, [on_joint(0), on_joint(1)], storage).unwrap();
+    let want = run(two_links(), 1e-2);
+    let allocated = allocation_counter::measure(|| assert_eq!(run(fixed, 1e-2), want));
+    assert_eq!(allocated.count_total, 0);
+}
+
 #[test]
 fn two_links_move_as_the_equations_of_textbooks() {
-    let companion = friction();
     let start = [START[0], START[1], 0.0, 0.0, 0.0, 0.0].into();
-    let system = TwoLinks(*companion.contact());
+    let system = TwoLinks(*friction().contact());
     let solved = ode::solve(&system, 0.0..3.0, start, 1e-9, Output::Uniform(2)).unwrap();
     let want = solved.states()[1];
     let error = |h| {
-        let got = run(companion, h);
+        let got = run(two_links(), h);
         got.iter().zip(want.iter()).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
     };
     let errors = [4e-3, 2e-3, 1e-3, 5e-4].map(error);
@@ -175,5 +192,5 @@ fn what_is_no_arm_is_refused() {
     let parameters = ArmParameters { links: &LINKS, gravity: 0.0 };
     refused(Arm::on_heap(&parameters, [on_joint(2)]), "coordinate of contact[0] is 2");
     let small = [0.0; ArmParameters::<f64>::storage(2, 0) - 1];
-    refused(Arm::new(&parameters, none, small), "there must be at least 42 numbers of storage");
+    refused(Arm::new(&parameters, none, small), "there must be at least 48 numbers of storage");
 }
