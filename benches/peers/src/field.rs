@@ -107,7 +107,7 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
         SMatrix::from_fn(|i, j| jacobian[(i, j)] * scales[j] / scales[i])
     }
 
-    /// The sliding velocity, whose zero ends a locked piece [m/s]. Where the piece begins it has the
+    /// The sliding velocity [m/s], whose zero ends a locked piece. Where that begins it has the
     /// sign of its branch.
     pub(crate) fn reversal(&self, time: f64, state: &SVector<f64, N>) -> f64 {
         match self.branch.get() {

@@ -233,8 +233,8 @@ fn break_away<M: Bristle<f64>>(model: &M, rate: f64, dwell: f64) -> Result<f64> 
     Ok(peak)
 }
 
-/// Swevers and others, Al-Bender and others: slow motion through displacements [µm]; the force \[N\]
-/// at each.
+/// Swevers and others, Al-Bender and others: slow motion through displacements [µm]; the force
+/// \[N\] at each.
 fn along<M: Bristle<f64>>(model: &M, places: &[f64], points: &mut Points) -> Vec<f64> {
     let mut z = M::Deflection::fill(0.0);
     let leg = |leg: &[f64]| {
@@ -274,8 +274,9 @@ fn cycles<M: Bristle<f64>>(model: &M) -> Result<Points> {
     Ok(points.into_iter().map(|(cycle, x)| (cycle, x - start)).collect())
 }
 
-/// Hess and Soom: 5.5 ± 5 mm/s at a frequency [Hz], the last period of half a second; force \[N\] over
-/// velocity [mm/s], and the force at 5.5 mm/s of the rising velocity less that of the falling one.
+/// Hess and Soom: 5.5 ± 5 mm/s at a frequency [Hz], the last period of half a second; force \[N\]
+/// over velocity [mm/s], and the force at 5.5 mm/s of the rising velocity less that of the falling
+/// one.
 fn lag<M: Bristle<f64>>(model: &M, frequency: f64) -> (Points, f64) {
     let (count, settle) = (4_000, (0.5 * frequency) as usize);
     let v = |n: f64| 5.5e-3 + 5e-3 * (std::f64::consts::TAU * n / f64::from(count)).sin();
