@@ -45,7 +45,8 @@ pub enum LimitSurfaceError {
     /// What was given is none that slides in one way.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The pushes leave a parameter open: no spin, or one direction only.
+    /// The pushes leave a parameter open, to the last digit: they have one twist, for instance.
+    /// Where they nearly do, its standard error tells.
     #[error("the pushes do not determine the {0} parameters of the family")]
     Undetermined(usize),
     /// The search has not ended.
