@@ -283,7 +283,9 @@ fn stick_slip_map(table: &mut Csv) -> bristle_charts::Result<Panel> {
         let ahead = |_: f64, state: &Vector3<f64>| state[1] - 0.1;
         let overtakes = Event { function: &ahead, direction: Direction::Rising, stops: false };
         let slow = rig(0.1)?;
-        let guess = Shooting::default().settle(&slow, slow.at_rest(), 100.0, &overtakes)?;
+        let while_settling = 40.0 + 60.0 / stiffness;
+        let guess =
+            Shooting::default().settle(&slow, slow.at_rest(), while_settling, &overtakes)?;
         let branch = Continuation { most_points: 30, ..Continuation::over(0.02..3.0) }
             .free(rig, 0.1, guess)?;
         let fold = branch.special().find(|point| point.kind == PointKind::Fold);
