@@ -321,8 +321,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// What [`Contact::reload`] returns, of a contact that stays as it is: for a load that the
-    /// caller keeps beside the deflection. Take then the steps with a [`Surface`] under the scale
-    /// p'/P.
+    /// caller keeps beside the deflection. Take then the steps of a companion with a [`Surface`]
+    /// under the scale p'/p, where p is the load of this contact.
     #[inline]
     pub fn reloaded(
         &self,

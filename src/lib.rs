@@ -35,6 +35,7 @@
 //! | `bristle-memory` | loops within loops: guides, piezo stages, bolted joints |
 //! | `bristle-mechanism` | many contacts in one mechanism |
 //! | `bristle-periodic` | what repeats: hunting loops, stick-slip cycles, their stability |
+//! | `bristle-adaptation` | friction that changes, followed in a control loop |
 //! | `bristle-batch` | many bristles at once |
 //! | `bristle-fidelity` | the cheapest model that a scene needs |
 //! | `bristle-identify` | parameters from logs |
@@ -45,7 +46,8 @@
 //! `embedded.md`, `paper.md` (the paper's experiments), `experiments.md` (the classical ones, and
 //! other models of the field), `work-precision.md` (beside other ODE codes), `gallery.md` (all
 //! charts); in the folders `docs` of the crates `plane.md`, `joint.md`, `rolling-contact.md`,
-//! `identification.md`, `files.md` and `coming-from.md` (parameters of other tools).
+//! `gradients.md`, `identification.md`, `files.md` and `coming-from.md` (parameters of other
+//! tools).
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};

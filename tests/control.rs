@@ -11,7 +11,10 @@ use bristle::curve::{Asymmetric, Stribeck};
 use bristle::parameter::ParameterError;
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::KelvinVoigt;
-use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Scalar};
+use bristle::{
+    Affine, Bristle, Characteristics, Contact, Dahl, DahlParameters, Form, FrBd, LuGre, Scalar,
+    Surface,
+};
 use bristle_specimens::lit;
 use bristle_specimens::recipe::Recipe;
 use bristle_specimens::specimens::{coulomb, kelvin_voigt, stribeck};
@@ -158,6 +161,61 @@ fn an_observer_whose_gains_break_the_condition_is_refused_with_number_and_limit(
         assert!(at(&|p| p.injection = velocity(bad)), "{bad}");
         assert!(at(&|p| p.injection = Injection::Position { gain: bad }), "{bad}");
     }
+}
+
+/// LuGre's numbers and characteristics, but for a factor of c₀ and one of c₂.
+#[derive(Debug, Clone, Copy)]
+struct Factors<M>(M, f64, f64);
+
+impl<M: Bristle<f64, Deflection = f64>> Bristle<f64> for Factors<M> {
+    type Deflection = f64;
+
+    fn affine(&self, surface: Surface<f64>, z: f64) -> Affine<f64> {
+        self.affine_and_slopes(surface, z).0
+    }
+
+    fn affine_and_slopes(&self, surface: Surface<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
+        let (of, slopes) = self.0.affine_and_slopes(surface, z);
+        (Affine { stiffness: self.1 * of.stiffness, damping: self.2 * of.damping, ..of }, slopes)
+    }
+
+    fn stationary(&self, surface: impl Into<Surface<f64>>) -> f64 {
+        self.0.stationary(surface)
+    }
+
+    fn storage_stiffness(&self) -> f64 {
+        self.0.storage_stiffness()
+    }
+
+    fn form(&self) -> Form {
+        self.0.form()
+    }
+
+    fn characteristics(&self, fastest: f64) -> Option<Characteristics<f64>> {
+        self.0.characteristics(fastest)
+    }
+}
+
+#[test]
+fn an_observer_of_numbers_that_no_theorem_knows_is_refused() {
+    let contact = lugre();
+    let (model, load) = (contact.model().clone(), contact.normal_force());
+    let built = |c0, c2, injection, error| {
+        let model = Factors(model.clone(), c0, c2);
+        let of = observer_parameters(model.under_load(load).unwrap(), injection, 1e-3);
+        let velocity = VelocityFromPositionParameters { fastest: 0.05, ..of.velocity };
+        let parameters = ObserverParameters { derivative_gain: 1e5, velocity, ..of };
+        match FrictionObserver::new(parameters) {
+            Ok(_) => assert_eq!(error, ""),
+            Err(refusal) => assert!(refusal.to_string().contains(error), "{refusal}"),
+        }
+    };
+    let velocity = Injection::Velocity { gain: 1.0, corner: 10.0 };
+    built(1.0, 1.0, velocity, "");
+    built(1.0, -1.0, velocity, "LuGre's coefficients");
+    built(1.1, 1.0, velocity, "LuGre's coefficients");
+    built(1.0, 1.0, Injection::Position { gain: 1.0 }, "");
+    built(1.1, 1.0, Injection::Position { gain: 1.0 }, "c₀ is σ0 − σ1 λ");
 }
 
 #[test]

@@ -17,7 +17,7 @@
 //! |---|---|---|---|
 //! | [`FeedForwardCompensator`] | the reference velocity | no sensor, no noise | blind to errors |
 //! | [`FeedbackCompensator`] | the measured displacement | an encoder | unstable if ε p σ0 > K_p |
-//! | [`FrictionObserver`] | both, and the tracking error | gains within a checked limit | – |
+//! | [`FrictionObserver`] | the measured displacement and the tracking error | gains within a checked limit | – |
 //!
 //! Here ε = s − 1 is the over-compensation and K_p [N/m] the controller's proportional gain.
 //!

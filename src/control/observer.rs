@@ -90,7 +90,7 @@ use super::velocity_from_position::{
 };
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::lit;
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 
 /// How the tracking error corrects the estimate.
@@ -154,6 +154,27 @@ pub struct Measured<T> {
     pub error: T,
     /// Its rate ė [m/s].
     pub error_rate: T,
+}
+
+/// Whether the coefficients of a model are what a theorem takes them to be, but for roundings: at
+/// speeds from the fastest down to some 1e-6 of it.
+fn fits<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>(
+    model: &M,
+    fastest: T,
+    pairs: impl Fn(Affine<T>) -> [(T, T); N],
+) -> bool {
+    let mut velocity = fastest;
+    (0..20).all(|_| {
+        let affine = model.affine(velocity.into(), T::zero());
+        velocity *= lit(0.5);
+        // Of what cancels to c₀, too.
+        let terms = model.storage_stiffness() * (T::one() + affine.drive.abs());
+        let rounding = T::default_epsilon() * lit(64.0);
+        pairs(affine).iter().all(|(got, want)| {
+            let largest = terms.larger(got.abs()).larger(want.abs());
+            (*got - *want).abs() <= rounding * largest
+        })
+    })
 }
 
 /// Largest jump of the reference in one sample, over the displacement at the fastest speed: a
@@ -226,8 +247,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// Refuses parameters out of their ranges, α m ≥ K_d, and K_i ≥ α K_p. [`Injection::Position`]
     /// needs σ1 > 0, and has α = σ0/σ1. With [`Injection::Velocity`], LuGre is refused if the
     /// fastest speed breaks σ1² λ ≤ 4 σ0 (σ1 + σ2). Refuses a model whose difference from an
-    /// estimate is not linear (its [`Form`] is not [`Form::OfVelocity`]), and one without the laws
-    /// [`Law::Secant`] and [`Law::Passivity`] that does not tell its σ1.
+    /// estimate is not linear (its [`Form`] is not [`Form::OfVelocity`]), and one that has neither
+    /// the laws [`Law::Secant`] and [`Law::Passivity`] nor LuGre's coefficients c₀ = K r − σ1 λ and
+    /// c₂ = σ1 + σ2, with what [`Bristle::characteristics`] tells. By position c₀ = σ0 − σ1 λ.
     pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
         let fastest = Named("fastest", velocity.fastest).positive()?;
@@ -249,15 +271,23 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
             Injection::Velocity { gain, corner } => {
                 Named("gain", gain).positive()?;
                 if !(model.obeys(Law::Secant) && model.obeys(Law::Passivity)) {
-                    if known.is_none() {
+                    let as_in_lugre = fits(model, fastest, |a| {
+                        let elastic = stiffness * a.drive - micro_damping * a.relaxation;
+                        [(a.stiffness, elastic), (a.damping, micro_damping + viscous)]
+                    });
+                    if !as_in_lugre {
                         let takes = "an observer takes models that obey Law::Secant and \
-                                     Law::Passivity, or tell σ1 by Bristle::characteristics";
+                                     Law::Passivity, and those of LuGre's coefficients with the \
+                                     σ1 and σ2 of Bristle::characteristics";
                         return Err(ParameterError::chosen(model.name(), takes));
                     }
                     // D is a sum of squares up to this relaxation rate.
-                    let four: T = lit(4.0);
-                    let limit = four * stiffness * (micro_damping + viscous)
-                        / (micro_damping * micro_damping);
+                    let limit = if is_zero(micro_damping) {
+                        T::unlimited()
+                    } else {
+                        lit::<T>(4.0) * stiffness * (micro_damping + viscous)
+                            / (micro_damping * micro_damping)
+                    };
                     let fastest =
                         model.limits(fastest).relaxation_rate.unwrap_or_else(T::unlimited);
                     Named("relaxation rate at the fastest speed", fastest)
@@ -267,7 +297,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
             }
             Injection::Position { gain } => {
                 Named("gain", gain).positive()?;
-                stiffness / Named("micro_damping", micro_damping).positive()?
+                let damping = Named("micro_damping of Bristle::characteristics", micro_damping);
+                let corner = stiffness / damping.positive()?;
+                let elastic = |a: Affine<T>| stiffness - micro_damping * a.relaxation;
+                if !fits(model, fastest, |a| [(a.stiffness, elastic(a))]) {
+                    let takes = "an observer by position takes models whose c₀ is σ0 − σ1 λ";
+                    return Err(ParameterError::chosen(model.name(), takes));
+                }
+                corner
             }
         };
         Named("corner × mass", corner * mass).below("derivative_gain", derivative)?;

@@ -21,7 +21,7 @@ pub struct OutputParameters<T> {
 pub struct Compensation<T> {
     /// Force \[N\] to add to the controller's, over the sample that begins now.
     pub force: T,
-    /// Deflection of the model's bristle \[m\] now; zero where there is none.
+    /// Deflection of the model's bristle \[m\] now.
     pub deflection: T,
     /// Whether the force was cut to the largest one.
     pub saturated: bool,

@@ -159,13 +159,13 @@ where
         self.viscous
     }
 
-    /// Whether the bristle damps nothing and nothing viscous stands outside g: then the model is
-    /// the undamped FrBD one.
     /// σ1
     fn damping(&self) -> T {
         self.rheology().parameters().micro_damping
     }
 
+    /// Whether the bristle damps nothing and nothing viscous stands outside g: then the model is
+    /// the undamped FrBD one.
     fn is_undamped(&self) -> bool {
         self.viscous == T::zero() && self.damping() == T::zero()
     }

@@ -141,7 +141,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// A name for reports and refusals.
     fn name(&self) -> &'static str {
-        "a model of its own"
+        "a model that Bristle::name does not name"
     }
 
     /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
@@ -165,9 +165,10 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         Limits { deflection: None, coefficient: None, relaxation_rate: None }
     }
 
-    /// The parameters and bounds of the model for speeds up to `fastest` [m/s], as an audit needs
-    /// them. `None` for a model that does not expose them, or a speed
-    /// that is negative or not finite.
+    /// The parameters and bounds of the model for speeds up to `fastest` [m/s]. An audit needs
+    /// them; an observer by position takes σ1 from them, and what compensates a viscous term
+    /// outside the bristle takes σ2. `None` for a model that does not expose them (then σ2 counts
+    /// as zero), or a speed that is negative or not finite.
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let _ = fastest;
         None
@@ -191,7 +192,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(surface, deflection).coefficient(surface.velocity(), deflection)
     }
 
-    /// Rate and coefficient with all their partial derivatives.
+    /// Rate and coefficient with all their partial derivatives. By default those of coefficients
+    /// that do not depend on z: a model of another [`Form`] adds ∂λ/∂z and the others.
     #[inline]
     fn linearised(
         &self,
