@@ -102,8 +102,8 @@ impl<T: Scalar> Progress<T> {
         self.control.fixed_step.or(self.control.first_step)
     }
 
-    /// Checks that the span ends no earlier than it starts and is long enough, and that the steps of
-    /// an adaptive run that were given advance the time where it starts.
+    /// Checks that the span ends no earlier than it starts and is long enough, and that the steps
+    /// of an adaptive run that were given advance the time where it starts.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         Named("span.end", self.end_time).at_least("span.start", self.start_time)?;
         let is_long = self.span() >= lit(INSTANT) || self.start_time == self.end_time;

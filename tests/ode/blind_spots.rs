@@ -6,7 +6,7 @@ use bristle::Branch;
 use bristle::ode::{self, AnyMethod, Output, Solver, StopReason, System, Tolerances};
 use nalgebra::{Matrix1, Vector1, Vector3};
 
-pub const METHODS: [AnyMethod; 5] = [
+pub(crate) const METHODS: [AnyMethod; 5] = [
     AnyMethod::Automatic,
     AnyMethod::DormandPrince,
     AnyMethod::DormandPrince8,
