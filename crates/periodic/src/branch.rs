@@ -377,7 +377,7 @@ where
         let end = |at: f64, found: &Found<N>| (at, found.test(kind), found.unknowns.parameter);
         let (mut low, mut high) = (end(0.0, from), end(step, to));
         let mut point = to.point(self.width, kind);
-        for _ in 0..60 {
+        for _ in 0..20 {
             let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             // Where branches cross, Newton's equations are singular: beside it, then.
             let beside = [place, 0.5 * (low.0 + place), 0.5 * (place + high.0)];
@@ -391,12 +391,15 @@ where
                 (high, low.1) = (new, 0.5 * low.1);
             }
             point = found.point(self.width, kind);
-            if new.1.abs() < 1e-7 || high.0 - low.0 < 1e-9 * step {
-                return Some(point);
+            let enough = if kind == PointKind::Crossing { 1e-2 } else { 1e-9 };
+            if new.1.abs() < 1e-7 || high.0 - low.0 < enough * step {
+                break;
             }
         }
-        let parameter = (low.2 * high.1 - high.2 * low.1) / (high.1 - low.1);
-        point.parameter = parameter * self.width;
+        if kind == PointKind::Crossing {
+            let parameter = (low.2 * high.1 - high.2 * low.1) / (high.1 - low.1);
+            point.parameter = parameter * self.width;
+        }
         Some(point)
     }
 }

@@ -13,7 +13,7 @@
 //! Source: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 5.4.
 
 use bristle::Branch;
-use bristle::ode::{Direction, Event, Occurrence, Solver, System};
+use bristle::ode::{Direction, Event, Occurrence, System};
 use bristle::parameter::{Named, ParameterError};
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -209,9 +209,9 @@ impl Shooting {
         section: &Event<'_, f64, N>,
     ) -> Result<Guess<N>, PeriodicError> {
         self.checked()?;
-        Named("duration", duration).positive()?;
         let scales = checked_scales(system.scales())?;
-        let solver = Solver::automatic(1e-7, scales)?;
+        // A guess need not be exact: no check of how errors grow.
+        let solver = solver(scales, 1e-9, duration)?;
         let mut passages = Passages(Vec::new());
         let section = [Event { stops: false, ..*section }];
         solver.stream(system, 0.0..duration, start, &section, &mut passages)?;

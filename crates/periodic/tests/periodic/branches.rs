@@ -11,6 +11,7 @@ use nalgebra::{SVector, Vector3};
 use super::{bristle, curve, hunting_loop, rig, stick_slip};
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
 fn stick_slip_ends_in_a_fold_where_simulated_cycles_die_out() {
     let model = FrBd::new(curve(), bristle());
     let start = stick_slip(&rig(model, 0.1), 0.1);
@@ -83,6 +84,7 @@ fn a_branch_of_forced_motions_is_that_of_a_linear_oscillator() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
 fn hunting_loses_its_stability_where_a_multiplier_passes_one() {
     let system = |derivative: f64| {
         let mut parameters = hunting_loop();
@@ -150,6 +152,7 @@ fn maps_agree_with_single_runs_and_rest_with_rest() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
 fn sampled_and_filtered_loops_come_close_to_the_continuous_one() {
     let continuous = hunting(&hunting_loop(), &[0.02], 120.0).unwrap();
     let (exact, across) = continuous.cycle.clone().unwrap();

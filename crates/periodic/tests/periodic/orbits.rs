@@ -134,6 +134,7 @@ fn stick_slip_repeats_with_its_own_period() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "a hundred periods take a minute without optimisation")]
 fn a_loop_hunts() {
     let system = ControlLoop::new(hunting_loop()).unwrap();
     let position = |_: f64, state: &SVector<f64, 4>| state[0];
