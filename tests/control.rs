@@ -199,9 +199,9 @@ impl<M: Bristle<f64, Deflection = f64>> Bristle<f64> for Factors<M> {
 #[test]
 fn an_observer_of_numbers_that_no_theorem_knows_is_refused() {
     let contact = lugre();
-    let (model, load) = (contact.model().clone(), contact.normal_force());
+    let (model, load) = (*contact.model(), contact.normal_force());
     let built = |c0, c2, injection, error| {
-        let model = Factors(model.clone(), c0, c2);
+        let model = Factors(model, c0, c2);
         let of = observer_parameters(model.under_load(load).unwrap(), injection, 1e-3);
         let velocity = VelocityFromPositionParameters { fastest: 0.05, ..of.velocity };
         let parameters = ObserverParameters { derivative_gain: 1e5, velocity, ..of };

@@ -114,6 +114,59 @@ pub enum Injection<T> {
     },
 }
 
+impl<T: Scalar> Injection<T> {
+    /// α, or what stands in its place, and σ1: of a model for which the theorem holds.
+    fn corner<M>(&self, model: &M, fastest: T) -> Result<(T, T), ParameterError>
+    where
+        M: Bristle<T, Deflection = T>,
+    {
+        let stiffness = model.storage_stiffness();
+        let known = model.characteristics(fastest);
+        let (micro_damping, viscous) = known.map_or((T::zero(), T::zero()), |known| {
+            (known.micro_damping.max, known.viscous_friction)
+        });
+        let corner = match *self {
+            Self::Velocity { gain, corner } => {
+                Named("gain", gain).positive()?;
+                if !(model.obeys(Law::Secant) && model.obeys(Law::Passivity)) {
+                    let as_in_lugre = fits(model, fastest, |a| {
+                        let elastic = stiffness * a.drive - micro_damping * a.relaxation;
+                        [(a.stiffness, elastic), (a.damping, micro_damping + viscous)]
+                    });
+                    if !as_in_lugre {
+                        let takes = "an observer takes models that obey Law::Secant and \
+                                     Law::Passivity, and those of LuGre's coefficients with the \
+                                     σ1 and σ2 of Bristle::characteristics";
+                        return Err(ParameterError::chosen(model.name(), takes));
+                    }
+                    if !is_zero(micro_damping) {
+                        // D is a sum of squares up to this relaxation rate.
+                        let limit = lit::<T>(4.0) * stiffness * (micro_damping + viscous)
+                            / (micro_damping * micro_damping);
+                        let limits = model.limits(fastest);
+                        let fastest = limits.relaxation_rate.unwrap_or_else(T::unlimited);
+                        Named("relaxation rate at the fastest speed", fastest)
+                            .at_most("4 σ0 (σ1 + σ2)/σ1²", limit)?;
+                    }
+                }
+                Named("corner", corner).positive()?
+            }
+            Self::Position { gain } => {
+                Named("gain", gain).positive()?;
+                let damping = Named("micro_damping of Bristle::characteristics", micro_damping);
+                let corner = stiffness / damping.positive()?;
+                let elastic = |a: Affine<T>| stiffness - micro_damping * a.relaxation;
+                if !fits(model, fastest, |a| [(a.stiffness, elastic(a))]) {
+                    let takes = "an observer by position takes models whose c₀ is σ0 − σ1 λ";
+                    return Err(ParameterError::chosen(model.name(), takes));
+                }
+                corner
+            }
+        };
+        Ok((corner, micro_damping))
+    }
+}
+
 /// Parameters of a [`FrictionObserver`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -262,51 +315,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
             let takes = "an observer takes models whose Bristle::form is Form::OfVelocity";
             return Err(ParameterError::chosen(model.name(), takes));
         }
-        let stiffness = model.storage_stiffness();
-        let known = model.characteristics(fastest);
-        let (micro_damping, viscous) = known.map_or((T::zero(), T::zero()), |known| {
-            (known.micro_damping.max, known.viscous_friction)
-        });
-        let corner = match injection {
-            Injection::Velocity { gain, corner } => {
-                Named("gain", gain).positive()?;
-                if !(model.obeys(Law::Secant) && model.obeys(Law::Passivity)) {
-                    let as_in_lugre = fits(model, fastest, |a| {
-                        let elastic = stiffness * a.drive - micro_damping * a.relaxation;
-                        [(a.stiffness, elastic), (a.damping, micro_damping + viscous)]
-                    });
-                    if !as_in_lugre {
-                        let takes = "an observer takes models that obey Law::Secant and \
-                                     Law::Passivity, and those of LuGre's coefficients with the \
-                                     σ1 and σ2 of Bristle::characteristics";
-                        return Err(ParameterError::chosen(model.name(), takes));
-                    }
-                    // D is a sum of squares up to this relaxation rate.
-                    let limit = if is_zero(micro_damping) {
-                        T::unlimited()
-                    } else {
-                        lit::<T>(4.0) * stiffness * (micro_damping + viscous)
-                            / (micro_damping * micro_damping)
-                    };
-                    let fastest =
-                        model.limits(fastest).relaxation_rate.unwrap_or_else(T::unlimited);
-                    Named("relaxation rate at the fastest speed", fastest)
-                        .at_most("4 σ0 (σ1 + σ2)/σ1²", limit)?;
-                }
-                Named("corner", corner).positive()?
-            }
-            Injection::Position { gain } => {
-                Named("gain", gain).positive()?;
-                let damping = Named("micro_damping of Bristle::characteristics", micro_damping);
-                let corner = stiffness / damping.positive()?;
-                let elastic = |a: Affine<T>| stiffness - micro_damping * a.relaxation;
-                if !fits(model, fastest, |a| [(a.stiffness, elastic(a))]) {
-                    let takes = "an observer by position takes models whose c₀ is σ0 − σ1 λ";
-                    return Err(ParameterError::chosen(model.name(), takes));
-                }
-                corner
-            }
-        };
+        let (corner, micro_damping) = injection.corner(model, fastest)?;
         Named("corner × mass", corner * mass).below("derivative_gain", derivative)?;
         let most = corner * proportional;
         Named("integral_gain", integral).below("corner × proportional_gain", most)?;

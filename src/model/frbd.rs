@@ -14,8 +14,8 @@
 //! Physically, the bristle is in series with a dashpot μ(v)/|v|_ε, whatever the bristle is made of.
 //!
 //! On a branch locked to the other direction of sliding g falls with the speed and vanishes at
-//! about |v| = μ/(σ1 + σ2): a pole. A solver's trial step must not come near it. Where g has fallen to
-//! half of its value on the right branch (at a third of that speed), the answer is NaN, and the
+//! about |v| = μ/(σ1 + σ2): a pole. A solver's trial step must not come near it. Where g has fallen
+//! to half of its value on the right branch (at a third of that speed), the answer is NaN, and the
 //! solver takes a shorter step.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).

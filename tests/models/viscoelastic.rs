@@ -229,9 +229,9 @@ fn from_a_prepared_state_the_force_relaxes_above_the_curve() {
 // The exact step
 
 /// Decay rates; row; state; length and drive; end; mean. By mpmath: eigenvectors of the symmetric
-/// matrix (`eigsy`) with 90 digits, then φ functions. In the last two a spring of a millionth stands
-/// between two whose terms in the secular equation cancel to a millionth: roots alone would leave
-/// modes that are orthogonal to ten digits.
+/// matrix (`eigsy`) with 90 digits, then φ functions. In the last two a spring of a millionth
+/// stands between two whose terms in the secular equation cancel to a millionth: roots alone would
+/// leave modes that are orthogonal to ten digits.
 const STEPS: [&str; 13] = [
     "0 5; 20 40; 1e-5 -2e-5; 0.001 0.02; 2.9992885059234147e-5 4.223710353590319e-8; \
      2.009656475899677e-5 -9.870408860351986e-6",

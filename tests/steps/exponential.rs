@@ -38,8 +38,8 @@ fn along(z: f64, from: f64, to: f64) -> f64 {
     end + (z - end) * (-(to - from).abs() / 1e-4).exp()
 }
 
-/// Deflection, mean force and work after a step, by the classical Runge–Kutta method, for a velocity
-/// without reversal.
+/// Deflection, mean force and work after a step, by the classical Runge–Kutta method, for a
+/// velocity without reversal.
 fn reference<M: Bristle<f64, Deflection = f64>>(
     contact: &Contact<f64, M>,
     velocity: impl Fn(f64) -> f64,

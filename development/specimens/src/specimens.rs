@@ -31,7 +31,7 @@ impl<T: Scalar> Specimen<T> {
     }
 
     /// The same under s times its normal force, which scales its friction and leaves its stiffness.
-    /// An implicit bristle that is just damped enough has several tips under more, and is under one.
+    /// An implicit bristle that is just damped enough has several tips above one, and is at one.
     pub fn under(self, scale: f64) -> Self {
         let (load, scale) =
             (self.form.recipe.load, if self.is_implicit() { scale.min(1.0) } else { scale });
