@@ -271,7 +271,7 @@ fn stick_slip_map(table: &mut Csv) -> bristle_charts::Result<Panel> {
     let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?;
     let (mut onset, mut end) = (Vec::new(), Vec::new());
     println!("\nstiffness (N/m)   steady sliding stable above (m/s)   stick-slip ends at (m/s)");
-    for stiffness in [0.2, 0.5, 1.0, 2.0] {
+    for stiffness in [0.5, 0.7, 1.0, 1.4, 2.0] {
         let mechanism =
             Mechanism { spring_stiffness: stiffness, ..paper::stick_slip_rig(contact).mechanism };
         if let Threshold::StableAbove(speed) =
