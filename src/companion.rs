@@ -301,7 +301,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(Companion { contact: self, fastest, limit })
     }
 
-    /// As [`Contact::companion`], with a speed and a limit of the deflection \[m\] that are known.
+    /// As [`Contact::companion`], with a limit of the deflection \[m\] that was computed before:
+    /// for a contact that is made anew in each step, where asking the model for its limit would
+    /// cost as much as the step. Nothing is checked.
     #[inline]
     pub fn companion_within(self, fastest: T, limit: T) -> Companion<T, M> {
         Companion { contact: self, fastest, limit }
@@ -355,7 +357,8 @@ pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     limit: T,
 }
 
-/// A step of no length without friction: a place for another.
+/// A step of no length without friction, to fill an array before the steps of its contacts are
+/// known.
 impl<T: Scalar> Default for CompanionStep<T> {
     #[inline(always)]
     fn default() -> Self {
@@ -384,7 +387,8 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         &self.affine
     }
 
-    /// What the step makes of a deflection under a drive, with these coefficients.
+    /// The weights of the deflection at the beginning and of the drive in that at the end of the
+    /// step and in its mean, see [`Affine::weights`].
     #[inline]
     pub fn weights(&self) -> &D::Weights {
         &self.weights

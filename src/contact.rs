@@ -5,6 +5,8 @@
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | p | normal force | N |
+//! | μ_b | virtual friction coefficient of the model, [`Bristle::coefficient`] | – |
+//! | Kᵢ, xᵢ | storage stiffness and stretch of the springs of the bristle | 1/m, m |
 //! | F | friction force on the body, positive against v > 0: m v̇ = … − F | N |
 //! | W | energy stored in the bristles | J |
 //!
@@ -112,13 +114,13 @@ pub struct ContactLimits<T> {
 pub struct Reloaded<T, D = T> {
     /// Deflection under the new normal force \[m\].
     pub deflection: D,
-    /// Energy \[J\] that left with the asperities, zero or positive: dissipated, no work of the
-    /// mechanism.
+    /// Energy \[J\] that the slip dissipates, or that leaves with the asperities where the contact
+    /// is renewed: zero or positive, no work of the mechanism.
     pub dissipated: T,
 }
 
-/// A change of the normal force from p to p', for a contact of your own that is made of others.
-/// From [`Contact::change_load`].
+/// A change of the normal force from p to p', from [`Contact::change_load`]: where one load bears
+/// on several bristles or axes (a footprint, a patch), each asks it what is left of its deflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadChange<T> {
     /// The normal force p before \[N\].
@@ -222,16 +224,17 @@ impl<T: Scalar, M> Contact<T, M> {
         self.scale
     }
 
-    /// Another model under the same loads.
+    /// Another model under the same normal force and reference load: a model with its curve in
+    /// another type, or one axis of a contact of several.
     #[inline]
     pub fn with_model<N>(&self, model: N) -> Contact<T, N> {
         let Self { reference_load, normal_force, scale, .. } = *self;
         Contact { model, reference_load, normal_force, scale }
     }
 
-    /// Changes the normal force to p' \[N\], zero or positive. A deflection has to follow
-    /// ([`LoadChange::kept`]): this is for a contact of your own that is made of others, and
-    /// [`Contact::reload`] does both.
+    /// Changes the normal force to p' \[N\], zero or positive, and leaves the deflections to the
+    /// caller, who keeps several under one load ([`LoadChange::kept`]). [`Contact::reload`] does
+    /// both for one.
     ///
     /// # Errors
     ///
@@ -279,8 +282,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// A deflection that the surface still holds stays as it is. If the load falls below what the
     /// bristle carries, the bristle slips back: its share of the force that is left is
-    /// min(1, max(s'/γ, s'/s)), where γ = |K·x|/B is how much of B it carries, the largest μ up to
-    /// the speed of `velocity` [m/s]. Without a load nothing is left.
+    /// min(1, max(s'/γ, s'/s)). Here s = p/P and s' = p'/P are the friction scales, B is the
+    /// largest μ up to the speed of `velocity` [m/s], and γ = |Σ Kᵢ xᵢ|/B the share of it that the
+    /// springs carry. Without a load nothing is left.
     ///
     /// For steps under a load that varies, take the load at the middle of each step, and the
     /// velocity that is predicted for it: deflections are then of second order in its length, and

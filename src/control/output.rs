@@ -9,7 +9,7 @@ use crate::{Bristle, Contact, Scalar};
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct OutputParameters<T> {
     /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth
-    /// too much. Between 0 and 2, at which the whole force comes back with the opposite sign.
+    /// too much. Between 0 and 2: at 2 the friction is turned around.
     pub share: T,
     /// Largest force \[N\] that is given out, positive: what the actuator can spare.
     pub largest_force: T,

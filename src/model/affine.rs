@@ -81,7 +81,10 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
         }
     }
 
-    /// What a step of length h ≥ 0 \[s\] makes of a deflection, with these coefficients frozen.
+    /// The weights with which a step of length h ≥ 0 \[s\] makes the deflection at its end, and
+    /// its mean, of that at the beginning and of the drive r v, with these coefficients frozen
+    /// ([`HeldWeights`](crate::rheology::HeldWeights)): z₁ = e^(−λh) z₀ + h φ1(λh) r v, with
+    /// φ1(x) = (1 − e⁻ˣ)/x.
     #[inline]
     pub fn weights(&self, duration: T) -> D::Weights {
         D::weights(self.relaxation, duration)
@@ -89,7 +92,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
 }
 
 impl<T: Scalar> Affine<T> {
-    /// These numbers, as slopes, times the slope of their variable.
+    /// These numbers times a factor. Of derivatives by s, times ds/dv, they are those by v: the
+    /// chain rule.
     pub fn times(&self, slope: T) -> Self {
         Self {
             relaxation: self.relaxation * slope,

@@ -33,7 +33,7 @@ use crate::{Bristle, Scalar, Surface};
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
 /// | F, p | friction force (positive against v > 0), normal force | N |
-/// | g(v) | friction curve without its viscous part, or with it and without the term σ2 v | – |
+/// | g(v) | friction curve: without its viscous part, which is then the term σ2 v; or with it, and σ2 = 0 | – |
 /// | σ0, σ1, σ2 | normalised micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
 /// | \|v\|_ε | regularised modulus of the velocity | m/s |
 ///
@@ -106,8 +106,9 @@ impl<T: Scalar, C: FrictionCurve<T>> LuGre<C, KelvinVoigt<T>, Unregularised, T> 
 }
 
 impl<T: Scalar, C, R, E> LuGre<C, R, E, T> {
-    /// The LuGre model with curve, bristle and regularisation of an FrBD model, and a viscous
-    /// friction σ2 [s/m] outside the curve. A σ2 that is negative makes its forces NaN.
+    /// The LuGre model with curve, bristle and regularisation of an FrBD model, which gives access
+    /// to any rheology, and a viscous friction σ2 [s/m] outside the curve. It checks nothing: under
+    /// a negative σ2 every force is NaN.
     #[inline]
     pub fn of_frbd(frbd: FrBd<C, R, E>, viscous_friction: T) -> Self {
         let viscous = if viscous_friction >= T::zero() { viscous_friction } else { T::nan() };

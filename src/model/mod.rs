@@ -229,10 +229,11 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         }
     }
 
-    /// The largest friction coefficient s B \[–\] that the surface holds at speeds up to |v|, in
-    /// the direction of what the springs carry: what is left of it when the load falls, see
-    /// [`Contact::reload`](crate::Contact::reload). By default from the limit of the deflection up
-    /// to that speed; without one, the larger of those of steady sliding at |v| and at rest.
+    /// The largest friction coefficient \[–\] that the surface holds at speeds up to |v|, in the
+    /// direction of `carried`, the coefficient Σ Kᵢ xᵢ \[–\] that the springs carry now. If they
+    /// carry more after the load has fallen, the bristle slips back
+    /// ([`Contact::reload`](crate::Contact::reload)). By default from the limit of the deflection
+    /// up to that speed; without one, the larger of those of steady sliding at |v| and at rest.
     fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
         let stiffness = self.storage_stiffness();
         if let Some(most) = self.limits(surface.velocity()).deflection {
