@@ -9,20 +9,6 @@
 //! | Kᵢ, xᵢ | storage stiffness and stretch of the springs of the bristle | 1/m, m |
 //! | F | friction force on the body, positive against v > 0: m v̇ = … − F | N |
 //! | W | energy stored in the bristles | J |
-//!
-//! # A normal force that varies
-//!
-//! Stiffness and damping belong to a reference load P, at which they were measured; the load p
-//! scales the friction curve by s = p/P:
-//!
-//! F = P (σ0 z + σ1 ż),  ż = (s μ(v) v − σ0 |v| z)/(σ1 |v| + s μ(v)),  W = ½ P Σ Kᵢ xᵢ²
-//!
-//! The stored energy does not depend on p, so that a passive model stays passive for every p(t),
-//! and a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the
-//! load falls below what a stuck bristle carries, the bristle slips back ([`Contact::reload`]).
-//!
-//! A stiffness that follows the load, as that of bristles which enter a rolling contact, is
-//! [`Contact::renew`].
 
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::Deflection;
@@ -33,6 +19,20 @@ use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 ///
 /// Velocities may be as large as parameters, 1e100 m/s (`f32`: 1e15). Far beyond, where σ1|v|,
 /// σ0|v|/μ or a regularised |v| overflows, forces and steps are not finite.
+///
+/// # A normal force that varies
+///
+/// Stiffness and damping belong to a reference load P, at which they were measured; the load p
+/// scales the friction curve by s = p/P:
+///
+/// F = P (σ0 z + σ1 ż),  ż = (s μ(v) v − σ0 |v| z)/(σ1 |v| + s μ(v)),  W = ½ P Σ Kᵢ xᵢ²
+///
+/// The stored energy does not depend on p, so that a passive model stays passive for every p(t),
+/// and a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the
+/// load falls below what a stuck bristle carries, the bristle slips back ([`Contact::reload`]).
+///
+/// A stiffness that follows the load, as that of bristles which enter a rolling contact, is
+/// [`Contact::renew`].
 ///
 /// ```
 /// use bristle::{Bristle, Dahl, DahlParameters};

@@ -19,7 +19,8 @@
 //! | [`FeedbackCompensator`] | the measured displacement | an encoder | unstable if ε p σ0 > K_p |
 //! | [`FrictionObserver`] | the measured displacement and the tracking error | gains within a checked limit | – |
 //!
-//! Here ε = s − 1 is the over-compensation and K_p [N/m] the controller's proportional gain.
+//! Here ε = s − 1 is the over-compensation and K_p [N/m] the controller's proportional gain. The
+//! modules have each law with its derivation and its conditions.
 //!
 //! Every compensator allocates nothing and has a fixed number of operations per sample, with two
 //! exceptions: the implicit bristle solves an equation, a tabulated curve is searched. Its bristle
@@ -51,11 +52,11 @@
 //! analysis tools and compensation methods for the control of machines with friction", Automatica
 //! 30 (1994), 1083–1138, for static compensation and its faults.
 
-mod feed_forward;
-mod feedback;
-mod observer;
+pub mod feed_forward;
+pub mod feedback;
+pub mod observer;
 mod output;
-mod velocity_from_position;
+pub mod velocity_from_position;
 
 pub use feed_forward::{FeedForwardCompensator, FeedForwardParameters};
 pub use feedback::{FeedbackCompensator, FeedbackParameters, MicroDamping};
