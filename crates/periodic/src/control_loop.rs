@@ -128,33 +128,22 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
         SVector::from_fn(|i, _| if i == 0 { position } else { 0.0 })
     }
 
-    /// ∂v̇/∂x, ∂v̇/∂v of the loop without friction, ∂v̇/∂I, and ∂v̇/∂v_f, times the mass.
-    fn stiffnesses(&self) -> [f64; 4] {
-        let ControlLoopParameters { mechanism, controller, .. } = &self.parameters;
-        let Pid { proportional, integral, derivative, .. } = *controller;
-        let (direct, filtered) = if N == 5 { (0.0, derivative) } else { (derivative, 0.0) };
-        [
-            -proportional - mechanism.spring_stiffness,
-            -direct - mechanism.viscous_damping,
-            -integral,
-            -filtered,
-        ]
-    }
-
-    /// The Jacobian of all but friction.
+    /// The Jacobian of all but friction, of which the loop is linear.
     pub(crate) fn frictionless(&self) -> SMatrix<f64, N, N> {
         let ControlLoopParameters { mechanism, controller, .. } = &self.parameters;
-        let [by_position, by_velocity, by_integral, by_filtered] =
-            self.stiffnesses().map(|stiffness| stiffness / mechanism.mass);
-        let mut by_state = SMatrix::zeros();
+        let mut by_state = SMatrix::<f64, N, N>::zeros();
         by_state[(0, 1)] = 1.0;
-        (by_state[(1, 0)], by_state[(1, 1)]) = (by_position, by_velocity);
-        (by_state[(1, 3)], by_state[(3, 0)]) = (by_integral, 1.0);
+        by_state[(3, 0)] = 1.0;
+        by_state[(1, 0)] = -controller.proportional - mechanism.spring_stiffness;
+        by_state[(1, 1)] = -mechanism.viscous_damping;
+        by_state[(1, 3)] = -controller.integral;
+        // The velocity that the controller knows.
+        by_state[(1, if N == 5 { 4 } else { 1 })] -= controller.derivative;
+        by_state.row_mut(1).unscale_mut(mechanism.mass);
         if controller.integral == 0.0 {
             by_state[(3, 3)] = -1.0;
         }
         if N == 5 {
-            by_state[(1, 4)] = by_filtered;
             by_state[(4, 1)] = 1.0 / controller.filter_time;
             by_state[(4, 4)] = -by_state[(4, 1)];
         }
@@ -165,19 +154,11 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
 impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for ControlLoop<M, N> {
     #[inline]
     fn rate(&self, _: f64, state: &SVector<f64, N>, [branch]: [Branch; 1]) -> SVector<f64, N> {
-        let ControlLoopParameters { contact, mechanism, controller } = &self.parameters;
-        let (position, velocity, integral) = (state[0], state[1], state[3]);
-        let friction = contact.response(branch.of(velocity), state[2]);
-        let [by_position, by_velocity, by_integral, by_filtered] = self.stiffnesses();
-        let mut force = by_position * position + by_velocity * velocity + by_integral * integral
-            - friction.force;
-        let mut rate = SVector::zeros();
-        if N == 5 {
-            force += by_filtered * state[4];
-            rate[4] = (velocity - state[4]) / controller.filter_time;
-        }
-        (rate[0], rate[1], rate[2]) = (velocity, force / mechanism.mass, friction.rate);
-        rate[3] = if controller.integral == 0.0 { position - integral } else { position };
+        let ControlLoopParameters { contact, mechanism, .. } = &self.parameters;
+        let friction = contact.response(branch.of(state[1]), state[2]);
+        let mut rate = self.frictionless() * state;
+        rate[1] -= friction.force / mechanism.mass;
+        rate[2] = friction.rate;
         rate
     }
 
