@@ -221,6 +221,11 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
             for z in [fraction * limit, 10.0 * fraction * limit] {
                 let load = recipe.load * share;
                 let now = contact.response_under(load, velocity, z);
+                // Where several rates fit there is no answer.
+                if contact.model().folding_scale().is_some_and(|fold| share >= fold) {
+                    assert!(now.rate.is_nan() && now.force.is_nan());
+                    continue;
+                }
                 // F v ≥ Ẇ = P K z ż, whatever ṗ is.
                 let stored = recipe.load * storage * z * now.rate;
                 let form = specimen.form.scaled(share);

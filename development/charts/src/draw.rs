@@ -437,6 +437,8 @@ fn draw_heat_map(
     let (width, height) = plot.dim_in_pixel();
     let most = map.values.iter().filter(|z| z.is_finite()).fold(0.0, |m: f64, z| m.max(z.abs()));
     let most = if most > 0.0 { most } else { 1.0 };
+    // Without negative values the bar begins at zero.
+    let (least, first) = if map.values.iter().any(|z| *z < 0.0) { (-most, -16) } else { (0.0, 0) };
     // Whole shades, so that neighbours of one colour become one rectangle.
     let shade = |z: f64| (16.0 * z / most).round() as i32;
     let colour = |shade: i32| blend(0.5 + f64::from(shade) / 32.0).filled();
@@ -454,14 +456,14 @@ fn draw_heat_map(
             plot.draw(&Rectangle::new([(x0, upper), (x1, lower)], colour(run[0].0)))?;
         }
     }
-    let scale = Axis::fixed(&(-most..=most), false)?.with_ticks((height / 360) as usize);
+    let scale = Axis::fixed(&(least..=most), false)?.with_ticks((height / 360) as usize);
     let bar = cell.clone().shrink((right + px(12.0), top), (px(BAR - 12.0) as u32, height));
     let mut builder = ChartBuilder::on(&bar);
     builder.set_label_area_size(LabelAreaPosition::Right, px(BAR - 24.0));
     let mut chart = builder.build_cartesian_2d(Axis::fixed(&(0.0..=1.0), false)?, scale)?;
     let step = most / 16.0;
-    chart.draw_series((-16..=16).map(|k| {
-        let edge = |offset: f64| ((f64::from(k) + offset) * step).clamp(-most, most);
+    chart.draw_series((first..=16).map(|k| {
+        let edge = |offset: f64| ((f64::from(k) + offset) * step).clamp(least, most);
         Rectangle::new([(0.0, edge(-0.5)), (1.0, edge(0.6))], colour(k))
     }))?;
     chart
