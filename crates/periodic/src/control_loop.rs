@@ -40,8 +40,9 @@ pub struct Pid {
     pub derivative: f64,
     /// Time constant τ \[s\] of the filter of the velocity; zero for none.
     pub filter_time: f64,
-    /// Sample time \[s\] of the controller, which holds its force in between; zero for a controller
-    /// in continuous time.
+    /// Sample time h \[s\] of the controller, which holds its force in between; zero for a
+    /// controller in continuous time. Its integral takes h x after the force is given (Euler
+    /// forward); its filter is exact for a velocity that is held.
     pub sample_time: f64,
 }
 
@@ -96,7 +97,9 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
     /// Names the parameter that is out of its range; refuses a filter and a sample time.
     pub fn new(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
         let parameters = parameters.checked()?;
-        Named("filter_time", parameters.controller.filter_time).exactly(0.0)?;
+        let filter = parameters.controller.filter_time;
+        let rule = "be zero: a loop with a filter is built by ControlLoop::filtered";
+        Named("filter_time", filter).stated(filter == 0.0, rule)?;
         Named("sample_time", parameters.controller.sample_time).exactly(0.0)?;
         Ok(Self { parameters })
     }

@@ -37,8 +37,11 @@ pub enum PeriodicError {
     /// The motion has shrunk to a point: an equilibrium, not a cycle.
     #[error("the motion has shrunk to an equilibrium: there is no cycle near the guess")]
     Equilibrium,
-    /// A simulation did not come back near where it was: it rests, or it grows.
-    #[error("the motion does not repeat within the run: it comes to rest, or it grows")]
+    /// A simulation did not come back near where it was.
+    #[error(
+        "the motion does not repeat within the run: it comes to rest, it grows, or the run is too \
+         short"
+    )]
     DoesNotRepeat,
 }
 

@@ -8,8 +8,10 @@
 //! * The cycle, if a start ends in one: by [`Shooting`], to its multipliers.
 //!
 //! A *slip* is a way from one reversal to the next that is long beside the deflection at breakaway.
-//! A motion hunts as long as slips go on at the pace of the last ones; it rests if they stay away
-//! for much longer.
+//! With integral action a stuck mass creeps towards its target, and the force on it changes, with
+//! the time constant τ = (p σ0 + K_P + k)/K_I: what does not slip within 3 τ stays (k is the
+//! stiffness of the spring). A motion hunts if its slips have left the cycle as it is to 1 %, three
+//! times in a row. A simulation goes on beyond its duration until either is known.
 //!
 //! A sampled controller holds its force between samples. Its state jumps there, and with it the
 //! derivatives of a run (the held force takes those of the state measured); the samples and the
@@ -43,19 +45,20 @@ pub struct HuntingCycle {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Outcome {
-    /// It comes to rest: it does not slip any more.
+    /// It comes to rest: it has not slipped for three time constants of the mass on its bristles
+    /// under integral action, nor for three periods of its swing.
     Rests,
-    /// It goes on slipping to and fro.
+    /// It slips to and fro in a cycle, the last one as measured: to 10⁻² or better.
     Hunts(HuntingCycle),
     /// It leaves a thousand times its start, and the position error at breakaway.
     Grows,
 }
 
 impl Outcome {
-    /// Whether two cycles are the same to 10⁻⁴.
-    fn is_near(&self, other: &Self) -> bool {
+    /// Whether two cycles are the same to a share of their amplitude and period.
+    fn is_near(&self, other: &Self, share: f64) -> bool {
         let (Self::Hunts(one), Self::Hunts(other)) = (self, other) else { return false };
-        let near = |a: f64, b: f64| (a - b).abs() <= 1e-4 * b.abs();
+        let near = |a: f64, b: f64| (a - b).abs() <= share * b.abs();
         near(one.amplitude, other.amplitude) && near(one.period, other.period)
     }
 }
@@ -63,9 +66,14 @@ impl Outcome {
 /// After so many slips in a row that leave the cycle as it is, to 10⁻⁴, it is known.
 const ENOUGH: u32 = 6;
 
-/// A motion that slipped within the last so many times the longest recent time between slips still
-/// hunts.
-const QUIET: f64 = 2.5;
+/// After so many slips in a row that leave the cycle as it is, to 1 %, it is one.
+const REPEATED: u32 = 3;
+
+/// What has not slipped for so many time constants rests.
+const QUIET: f64 = 3.0;
+
+/// A simulation goes on for so many times that beyond its duration, at most.
+const LONGER: f64 = 5.0;
 
 /// A slip is longer than so many deflections at breakaway.
 const SLIP: f64 = 5.0;
@@ -84,9 +92,14 @@ struct Slips {
     direction: f64,
     /// The last slips, the latest first.
     last: [Option<Slip>; 12],
-    /// The cycle that they are part of, and how many slips in a row have left it as it is.
+    /// The cycle that they are part of, and how many slips in a row have left it as it is, to 10⁻⁴
+    /// and to 10⁻².
     cycle: Outcome,
-    unchanged: u32,
+    unchanged: [u32; 2],
+    /// What has not slipped for so long rests \[s\].
+    wait: f64,
+    /// No motion is at rest before \[s\].
+    duration: f64,
 }
 
 /// Where a slip begins and ends \[m\], and when it ends \[s\].
@@ -98,11 +111,18 @@ struct Slip {
 }
 
 impl Slips {
-    fn new<M: Bristle<f64, Deflection = f64>>(of: &ControlLoopParameters<M>, start: f64) -> Self {
+    fn new<M: Bristle<f64, Deflection = f64>>(
+        of: &ControlLoopParameters<M>,
+        start: f64,
+        duration: f64,
+    ) -> Self {
         let deflection = of.contact.limits(0.0).deflection.unwrap_or(1e-6);
-        let force = of.contact.model().storage_stiffness() * deflection;
-        let breakaway = force * of.contact.reference_load() / of.controller.proportional;
-        let far = FAR * start.abs().max(breakaway);
+        let bristle = of.contact.model().storage_stiffness() * of.contact.reference_load();
+        let far = FAR * start.abs().max(bristle * deflection / of.controller.proportional);
+        let stiffness = of.controller.proportional + of.mechanism.spring_stiffness;
+        let swing = core::f64::consts::TAU * (of.mechanism.mass / stiffness).sqrt();
+        let creep = (bristle + stiffness) / of.controller.integral;
+        let creep = if of.controller.integral > 0.0 { creep } else { 0.0 };
         Self {
             least: SLIP * deflection,
             far,
@@ -110,8 +130,15 @@ impl Slips {
             direction: 0.0,
             last: [None; 12],
             cycle: Outcome::Rests,
-            unchanged: 0,
+            unchanged: [0; 2],
+            wait: QUIET * swing.max(creep),
+            duration,
         }
+    }
+
+    /// When a simulation stops \[s\], whatever it has come to.
+    fn end(&self) -> f64 {
+        self.duration + LONGER * self.wait
     }
 
     /// Takes a point of the motion. Answers where it ends, once that is known.
@@ -121,8 +148,10 @@ impl Slips {
             if (position - start).abs() > self.least {
                 self.last.rotate_right(1);
                 self.last[0] = Some(Slip { start, end: position, time });
-                let cycle = self.outcome(time);
-                self.unchanged = if cycle.is_near(&self.cycle) { self.unchanged + 1 } else { 0 };
+                let cycle = self.outcome();
+                for (count, share) in self.unchanged.iter_mut().zip([1e-4, 1e-2]) {
+                    *count = if cycle.is_near(&self.cycle, share) { *count + 1 } else { 0 };
+                }
                 self.cycle = cycle;
             }
             self.turn = (time, position);
@@ -133,17 +162,18 @@ impl Slips {
         if !(position.abs() <= self.far) {
             return Some(Outcome::Grows);
         }
-        (self.unchanged >= ENOUGH).then_some(self.cycle)
+        let [exactly, about] = self.unchanged;
+        if exactly >= ENOUGH || time >= self.duration && about >= REPEATED {
+            return Some(self.cycle);
+        }
+        let quiet = time - self.last[0].map_or(0.0, |slip| slip.time);
+        (time >= self.duration && quiet >= self.wait).then_some(Outcome::Rests)
     }
 
-    /// What the motion has come to at its end \[s\].
-    fn outcome(&self, end: f64) -> Outcome {
+    /// The cycle of the last slips; at rest before there are two.
+    fn outcome(&self) -> Outcome {
         let slips: Vec<Slip> = self.last.iter().flatten().copied().collect();
         let [last, before, earlier @ ..] = &slips[..] else { return Outcome::Rests };
-        let gaps = slips.windows(2).map(|two| two[0].time - two[1].time);
-        if end - last.time > QUIET * gaps.fold(0.0, f64::max) {
-            return Outcome::Rests;
-        }
         // Of the earlier slips the latest that is about as like the last one as any.
         let unlike = |it: &Slip| (it.start - last.start).abs() + (it.end - last.end).abs();
         let least = earlier.iter().map(unlike).fold(f64::INFINITY, f64::min);
@@ -159,8 +189,8 @@ impl Slips {
 }
 
 impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
-    /// Where the motion from rest at a distance from the target \[m\] ends within a duration \[s\]:
-    /// a simulation.
+    /// Where the motion from rest at a distance from the target \[m\] ends: a simulation over a
+    /// duration \[s\], and longer if by then it is not known.
     ///
     /// # Errors
     ///
@@ -190,14 +220,14 @@ fn continuous<M: Bristle<f64, Deflection = f64>, const N: usize>(
 ) -> Result<Outcome, PeriodicError> {
     let tolerances = Tolerances::scaled(TOLERANCE, system.scales())?;
     let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(10_000_000);
-    let mut slips = Slips::new(system.parameters(), start);
-    let mut run = solver.begin(system, 0.0..duration, system.displaced(start))?;
+    let mut slips = Slips::new(system.parameters(), start, duration);
+    let mut run = solver.begin(system, 0.0..slips.end(), system.displaced(start))?;
     while let Some(step) = run.advance()? {
         if let Some(known) = slips.push(step.end_time(), step.end()[0], step.end()[1]) {
             return Ok(known);
         }
     }
-    Ok(slips.outcome(duration))
+    Ok(slips.outcome())
 }
 
 /// Longest companion step of a sampled loop \[s\], over the time constant of the mass on its
@@ -217,10 +247,10 @@ fn sampled<M: Bristle<f64, Deflection = f64>>(
     let parts = (sample_time / longest).ceil().max(1.0);
     let h = sample_time / parts;
     let share = if filter_time > 0.0 { -(-sample_time / filter_time).exp_m1() } else { 1.0 };
-    let mut slips = Slips::new(parameters, start);
+    let mut slips = Slips::new(parameters, start, duration);
     let (mut x, mut v, mut z, mut sum, mut filtered) = (start, 0.0, 0.0, 0.0, 0.0);
     let mut history = VelocityHistory::new(v);
-    let samples = Named("samples", duration / sample_time).between(1.0, 1e9)?.ceil();
+    let samples = Named("samples", slips.end() / sample_time).between(1.0, 1e9)?.ceil();
     for sample in 0..samples as u64 {
         filtered += share * (v - filtered);
         let control = -proportional * x - integral * sum - derivative * filtered;
@@ -241,18 +271,18 @@ fn sampled<M: Bristle<f64, Deflection = f64>>(
             }
         }
     }
-    Ok(slips.outcome(samples * sample_time))
+    Ok(slips.outcome())
 }
 
 /// What a loop does, from [`hunting`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct HuntingReport {
     /// Largest real part [1/s] of the motions of the mass on its bristles about rest with an
-    /// undeflected bristle: below zero if rest is stable.
-    pub rest_abscissa: f64,
+    /// undeflected bristle: below zero if rest is stable. None for a sampled controller.
+    pub rest_abscissa: Option<f64>,
     /// Largest real part [1/s] of the motions of the loop without friction: above zero if large
-    /// motions grow.
-    pub large_abscissa: f64,
+    /// motions grow. None for a sampled controller.
+    pub large_abscissa: Option<f64>,
     /// Where the motions from the given starts \[m\] end.
     pub outcomes: Vec<(f64, Outcome)>,
     /// The cycle in which the first start ends that hunts, exactly, with its multipliers but the
@@ -273,10 +303,14 @@ impl fmt::Display for HuntingReport {
             if abscissa < 0.0 { below } else { above }
         };
         let Self { rest_abscissa: rest, large_abscissa: large, outcomes, cycle } = self;
-        let stable = verdict(*rest, ["stable", "UNSTABLE"]);
-        writeln!(f, "rest           {stable}, slowest at {rest:.4e} 1/s")?;
-        let die_out = verdict(*large, ["die out", "GROW"]);
-        writeln!(f, "large motions  {die_out}, at {large:.4e} 1/s")?;
+        if let Some(rest) = rest {
+            let stable = verdict(*rest, ["stable", "UNSTABLE"]);
+            writeln!(f, "rest           {stable}, slowest at {rest:.4e} 1/s")?;
+        }
+        if let Some(large) = large {
+            let die_out = verdict(*large, ["die out", "GROW"]);
+            writeln!(f, "large motions  {die_out}, at {large:.4e} 1/s")?;
+        }
         for (start, outcome) in outcomes {
             write!(f, "from {} m", Number(*start))?;
             match outcome {
@@ -299,9 +333,9 @@ impl fmt::Display for HuntingCycle {
 }
 
 /// Reports whether a loop hunts: rest, large motions, and where motions from rest at given
-/// distances from the target \[m\] end within a duration \[s\].
-///
-/// The linear parts neglect the samples of a controller.
+/// distances from the target \[m\] end, simulated over a duration \[s\] and longer if by then that
+/// is not known. Amplitude and period of a simulated cycle are good to 10⁻², of the exact one to
+/// 10⁻⁷.
 ///
 /// # Errors
 ///
@@ -312,21 +346,24 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
     duration: f64,
 ) -> Result<HuntingReport, PeriodicError> {
     Named("starts", starts.len()).count(1)?;
-    let mut in_continuous_time = parameters.clone().checked()?;
-    in_continuous_time.controller.sample_time = 0.0;
-    let (rest_abscissa, large_abscissa) = if parameters.controller.filter_time > 0.0 {
-        abscissas(&ControlLoop::filtered(in_continuous_time)?)?
+    parameters.clone().checked()?;
+    let Pid { sample_time, filter_time, .. } = parameters.controller;
+    let linear = if sample_time > 0.0 {
+        None
+    } else if filter_time > 0.0 {
+        Some(abscissas(&ControlLoop::filtered(parameters.clone())?)?)
     } else {
-        abscissas(&ControlLoop::new(in_continuous_time)?)?
+        Some(abscissas(&ControlLoop::new(parameters.clone())?)?)
     };
+    let (rest_abscissa, large_abscissa) = linear.unzip();
     let outcomes: Vec<_> = starts
         .iter()
         .map(|&start| Ok((start, parameters.outcome(start, duration)?)))
         .collect::<Result<_, PeriodicError>>()?;
     let hunts = |it: &&(f64, Outcome)| matches!(it.1, Outcome::Hunts(_));
-    let start = outcomes.iter().find(hunts).filter(|_| parameters.controller.sample_time == 0.0);
+    let start = outcomes.iter().find(hunts).filter(|_| sample_time == 0.0);
     let cycle = start.and_then(|&(start, _)| {
-        if parameters.controller.filter_time > 0.0 {
+        if filter_time > 0.0 {
             cycle(&ControlLoop::filtered(parameters.clone()).ok()?, start, duration)
         } else {
             cycle(&ControlLoop::new(parameters.clone()).ok()?, start, duration)

@@ -147,8 +147,39 @@ fn maps_agree_with_single_runs_and_rest_with_rest() {
     }
     // m s³ + K_D s² + K_P s + K_I grows if K_D K_P < m K_I: large motions do, from large starts.
     let grows = hunting(&map(10_000.0, 20.0), &[0.5], 60.0).unwrap();
-    assert!(grows.large_abscissa > 0.0 && grows.outcomes[0].1 == Outcome::Grows, "{grows}");
+    assert!(grows.large_abscissa > Some(0.0) && grows.outcomes[0].1 == Outcome::Grows, "{grows}");
     assert!(grows.hunts() && grows.to_string().contains("GROW"));
+}
+
+/// A short simulation is told from an end: some of these loops slip for a minute and rest then,
+/// others stick for half a minute between slips.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "hours are simulated")]
+fn what_is_said_of_a_loop_does_not_depend_on_the_duration() {
+    let hunts = |outcome: Outcome| matches!(outcome, Outcome::Hunts(_));
+    let (mut resting, mut hunting) = (0, 0);
+    for (sample_time, integrals) in [(0.0, &[150.0, 400.0, 900.0, 2000.0][..]), (0.01, &[2000.0])] {
+        for &integral in integrals {
+            for derivative in [10.0, 25.0, 45.0, 70.0] {
+                let mut parameters = hunting_loop();
+                let gains = &mut parameters.controller;
+                (gains.integral, gains.derivative) = (integral, derivative);
+                gains.sample_time = sample_time;
+                let for_ever = hunts(parameters.outcome(0.02, 3000.0).unwrap());
+                for duration in [1.0, 10.0, 60.0] {
+                    let found = parameters.outcome(0.02, duration).unwrap();
+                    assert_eq!(
+                        hunts(found),
+                        for_ever,
+                        "{gains:?}, {duration} s",
+                        gains = parameters.controller
+                    );
+                }
+                if for_ever { hunting += 1 } else { resting += 1 }
+            }
+        }
+    }
+    assert!(resting > 5 && hunting > 5, "{resting} {hunting}");
 }
 
 #[test]
