@@ -163,7 +163,7 @@ fn an_observer_whose_gains_break_the_condition_is_refused_with_number_and_limit(
     }
 }
 
-/// LuGre's numbers and characteristics, but for a factor of c₀ and one of c₂.
+/// LuGre's numbers and characteristics, but backwards for a factor of c₀ and one of c₂.
 #[derive(Debug, Clone, Copy)]
 struct Factors<M>(M, f64, f64);
 
@@ -176,6 +176,9 @@ impl<M: Bristle<f64, Deflection = f64>> Bristle<f64> for Factors<M> {
 
     fn affine_and_slopes(&self, surface: Surface<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
         let (of, slopes) = self.0.affine_and_slopes(surface, z);
+        if surface.velocity() > 0.0 {
+            return (of, slopes);
+        }
         (Affine { stiffness: self.1 * of.stiffness, damping: self.2 * of.damping, ..of }, slopes)
     }
 

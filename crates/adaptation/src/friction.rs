@@ -86,7 +86,7 @@ pub struct AdaptiveFrictionParameters<T, M> {
     pub fastest: T,
     /// Standard deviation \[N\] of the filtered force balance about the model, positive.
     pub noise: T,
-    /// Time of sliding \[s\] after which a motion of one kind has faded to 1/e; above 2 h.
+    /// Time of sliding \[s\] after which a motion of one kind has faded to 1/e; at least 8 h.
     pub memory: T,
     /// The estimate at the beginning, within the bounds.
     pub start: FrictionEstimate<T>,
@@ -115,8 +115,8 @@ pub enum SampleUse {
     Adapted,
     /// The axis was slower than the slowest speed, or the sample before is missing: frozen.
     Frozen,
-    /// The sample is not finite, its load negative or its speed above the fastest: it is counted,
-    /// and nothing else changes. The balance goes on with the second sample after it.
+    /// The sample is not finite or larger than a parameter may be (1e100, in `f32` 1e15), its load
+    /// negative or its speed above the fastest: it is counted, and nothing else changes. The balance goes on with the second sample after it.
     Refused,
 }
 
@@ -215,7 +215,9 @@ impl<T: Scalar, M: Bristle<T>> AdaptiveFriction<T, M> {
     fn take(&mut self, sample: Sample<T>) -> Option<SampleUse> {
         let Sample { displacement, force, load } = sample;
         let velocity = displacement / self.sample_time;
-        if !(velocity.abs() <= self.fastest && load >= T::zero()) {
+        let force = Named("force", force).finite().ok()?;
+        let load = Named("load", load).non_negative().ok()?;
+        if !(velocity.abs() <= self.fastest) {
             return None;
         }
         let held = self.model.hold(velocity, self.deflection, self.sample_time);

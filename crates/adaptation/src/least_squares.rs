@@ -114,6 +114,8 @@ impl<T: Scalar, const N: usize> RecursiveLeastSquares<T, N> {
         let memory = Named("memory", memory).positive()?;
         let memory = Named("memory", memory).at_least("2 N samples", lit(2.0 * N as f64))?;
         let kept = T::one() - T::one() / memory;
+        let rule = "be so short that a sample counts: below one over the rounding";
+        Named("memory", memory).stated(kept < T::one(), rule)?;
         let all = (0..N).fold(T::one(), |all, _| all * kept);
         let width = most - least;
         let widest = width.component_mul(&width) / lit::<T>(12.0);

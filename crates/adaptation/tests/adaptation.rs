@@ -201,9 +201,12 @@ fn bad_samples_are_counted_and_change_nothing() {
                     Sample { force: T::unlimited(), ..good },
                     Sample { load: nan, ..good },
                     Sample { load: lit(-1.0), ..good },
+                    // Finite, but their squares are not.
+                    Sample { force: T::max_value().unwrap(), ..good },
+                    Sample { load: T::max_value().unwrap(), ..good },
                 ];
                 let before = (adaptive.estimate(), adaptive.deviation());
-                let adapted = adaptive.step(worse[bad % 6]);
+                let adapted = adaptive.step(worse[bad % 8]);
                 bad += 1;
                 assert_eq!((adapted.sample, adapted.refused), (SampleUse::Refused, bad as u32));
                 assert!((adapted.estimate, adaptive.deviation()) == before);

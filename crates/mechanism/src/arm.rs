@@ -200,7 +200,8 @@ impl<'a, T: Scalar> Room<'a, T> {
 impl<T: Scalar> ArmParameters<'_, T> {
     /// How many numbers an arm of so many links and contacts stores.
     pub const fn storage(links: usize, contacts: usize) -> usize {
-        structure(links).storage(links, contacts) + (KEPT + ROOM) * links + contacts
+        let beside = links.saturating_mul(KEPT + ROOM).saturating_add(contacts);
+        structure(links).storage(links, contacts).saturating_add(beside)
     }
 }
 

@@ -32,7 +32,7 @@ impl Structure {
         match self {
             Structure::Dense => coordinates,
             Structure::Diagonal => 1,
-            Structure::Banded { half_bandwidth } => half_bandwidth + 1,
+            Structure::Banded { half_bandwidth } => half_bandwidth.saturating_add(1),
         }
     }
 
@@ -43,8 +43,12 @@ impl Structure {
 
     /// How many numbers a mechanism of so many coordinates and contacts stores.
     pub const fn storage(self, coordinates: usize, contacts: usize) -> usize {
-        let reduced = if self.is_reduced() { contacts * (coordinates + 2 * contacts) } else { 0 };
-        4 * coordinates * self.width(coordinates) + reduced + 2 * coordinates + 3 * contacts
+        let sums = contacts.saturating_mul(2).saturating_add(coordinates);
+        let reduced = if self.is_reduced() { contacts.saturating_mul(sums) } else { 0 };
+        // Four matrices, and two and three vectors.
+        let rows = self.width(coordinates).saturating_mul(4).saturating_add(2);
+        let all = rows.saturating_mul(coordinates).saturating_add(reduced);
+        all.saturating_add(contacts.saturating_mul(3))
     }
 }
 

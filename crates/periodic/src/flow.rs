@@ -146,7 +146,10 @@ fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
         Ok(SMatrix::from_fn(|i, j| by_state[(i, j)] * scales[j] / scales[i]))
     };
     let turned = largest_rate(&jacobian(0.5)?) * length;
-    let parts = (turned / LONGEST).ceil().clamp(1.0, MOST_PARTS);
+    let parts = (turned / LONGEST).ceil().max(1.0);
+    // A step this long is that of a run at a constant velocity: no multiplier of it has digits.
+    let parts =
+        Named("half time constants in a step of the run", parts).between(1.0, MOST_PARTS)?;
     let gauss = 0.5 * 0.6_f64.sqrt();
     for part in 0..parts as usize {
         let node = |offset: f64| jacobian((part as f64 + 0.5 + offset) / parts);

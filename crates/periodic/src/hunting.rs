@@ -457,7 +457,12 @@ pub fn hunting_map<M: Bristle<f64, Deflection = f64>>(
         };
         let others: Vec<_> = (1..workers).map(|worker| scope.spawn(move || rows(worker))).collect();
         let mut all = rows(0);
-        all.extend(others.into_iter().flat_map(|other| other.join().unwrap_or_default()));
+        for other in others {
+            match other.join() {
+                Ok(rows) => all.extend(rows),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
         all
     });
     rows.sort_by_key(|(index, _)| *index);

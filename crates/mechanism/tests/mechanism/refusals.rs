@@ -78,6 +78,9 @@ fn matrices_that_are_not_what_they_must_be_are_refused() {
         LinearMechanism::on_heap(&none, NOTHING),
         "of coordinates there must be at least 1, not 0",
     );
+    let wide = Structure::Banded { half_bandwidth: usize::MAX };
+    let wide = Matrices { structure: wide, ..matrices(&[], &[]) };
+    assert!(LinearMechanism::on_heap(&wide, NOTHING).is_err());
     let small = LinearMechanism::new(&matrices(&[], &[]), NOTHING, [0.0; 41]);
     refused(small, "there must be at least 42 numbers of storage, not 41");
 }
