@@ -116,7 +116,8 @@ pub enum SampleUse {
     /// The axis was slower than the slowest speed, or the sample before is missing: frozen.
     Frozen,
     /// The sample is not finite or larger than a parameter may be (1e100, in `f32` 1e15), its load
-    /// negative or its speed above the fastest: it is counted, and nothing else changes. The balance goes on with the second sample after it.
+    /// negative or its speed above the fastest: it is counted, and nothing else changes. The
+    /// balance goes on with the second sample after it.
     Refused,
 }
 

@@ -236,7 +236,8 @@ pub struct GearFrictionParameters<T, M, L> {
 /// ```
 ///
 /// An arm of n joints is one linear solve, of `Arm` in `bristle-mechanism`: it takes the loads
-/// ([`GearFriction::load`]) and companions of the [contact](GearFriction::contact) (example `arm`).
+/// ([`GearFriction::load`]) and companions of the [contact](GearFriction::contact); the drag
+/// belongs in its `Link::damping` (example `arm`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearFriction<T, M, L> {
     /// Under the reference load.

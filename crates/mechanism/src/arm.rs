@@ -49,7 +49,7 @@ pub struct Link<T> {
     pub inertia: T,
     /// Moment of inertia J [kg m²] of the rotor at the joint, seen at the joint; zero or positive.
     pub rotor: T,
-    /// Viscous damping B [N m s/rad] of the joint, zero or positive.
+    /// Viscous damping B [N m s/rad] of the joint, zero or positive: the drag of its gear, too.
     pub damping: T,
 }
 
@@ -90,7 +90,8 @@ pub struct ArmMiddle<'a, T> {
     pub gravity: &'a [T],
     /// Torques [N m] of the motors, to be written; zero before.
     pub torque: &'a mut [T],
-    /// Loads p of the contacts [N m], to be written where they vary; those of the last step before.
+    /// Loads p of the contacts [N m], to be written where they vary (of a gear that of its torques,
+    /// `GearFriction::load` of `bristle-joint`); those of the last step before.
     pub load: &'a mut [T],
 }
 
