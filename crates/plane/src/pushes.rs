@@ -146,19 +146,23 @@ impl<T: Scalar> FrictionEllipsoid<T> {
         };
         let force = Named("force", mean(|w| w.xy().norm())).positive()?;
         let torque = Named("torque", mean(|w| w.z.abs())).positive()?;
-        let mut factor = Matrix3::from_diagonal(&Vector3::new(force, force, torque));
+        let sizes = Vector3::new(force, force, torque);
+        let mut factor = Matrix3::from_diagonal(&sizes);
         let (mut damping, mut normal) =
             (lit::<T>(1e-3), squares(pushes, entries, deviation, &factor));
         for _ in 0..200 {
             let solver = factored(&normal.0, count, damping).ok_or(undetermined)?;
             let step = solver.solve(&normal.1);
-            let mut next = factor;
+            let (mut next, mut largest) = (factor, T::zero());
             for (&parameter, &place) in entries.iter().zip(&PLACES) {
                 next[place] += step[parameter];
+                largest = largest.larger((step[parameter] / sizes[place.0]).abs());
             }
             let after = squares(pushes, entries, deviation, &next);
             let change = step.dot(&normal.1);
-            let settled = change.abs() <= T::default_epsilon() * lit(64.0) * normal.2;
+            // Of exact pushes nothing but roundings is left, which no step makes smaller.
+            let rounded = largest <= T::default_epsilon().sqrt() && !(after.2 < normal.2);
+            let settled = rounded || change.abs() <= T::default_epsilon() * lit(64.0) * normal.2;
             if after.2 <= normal.2 {
                 (factor, normal, damping) = (next, after, damping * lit(0.1));
             } else {

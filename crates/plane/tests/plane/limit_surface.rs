@@ -198,6 +198,38 @@ fn planted_ellipsoids_come_back_within_their_standard_errors() {
     }
 }
 
+/// Of pushes without noise only roundings are left; the condition of the fit is some hundreds.
+#[test]
+fn exact_pushes_give_the_ellipsoid_in_either_precision() {
+    fn check<T: Scalar>(tolerance: f64) {
+        let mut noise = bristle_charts::noise();
+        for family in [EllipsoidFamily::Isotropic, EllipsoidFamily::Ratios, EllipsoidFamily::Turned]
+        {
+            for _ in 0..50 {
+                let mut about = |mean: f64| mean * (0.15 * noise()).exp();
+                let [a, b, c] = [about(5.0), about(5.0), about(0.15)];
+                let factor = match family {
+                    EllipsoidFamily::Isotropic => Matrix3::new(a, 0., 0., 0., a, 0., 0., 0., c),
+                    EllipsoidFamily::Ratios => Matrix3::new(a, 0., 0., 0., b, 0., 0., 0., c),
+                    _ => Matrix3::new(a, 0., 0., noise(), b, 0., 0.05 * noise(), 0.02, c),
+                };
+                let factor = factor.map(lit::<T>);
+                let real = FrictionEllipsoid::new(factor * factor.transpose()).unwrap();
+                let exact: Vec<_> = twists(&mut noise)
+                    .iter()
+                    .map(|twist| twist.map(lit::<T>))
+                    .map(|twist| Push { twist, wrench: real.wrench(&twist) })
+                    .collect();
+                let fit = FrictionEllipsoid::fit(&exact, family, &NOISE.map(lit)).unwrap();
+                let off = (fit.factor - factor).component_div(&factor.map(|x| x.abs() + lit(0.1)));
+                assert!(to_f64(off.amax()) < tolerance, "{family:?}: {off}");
+            }
+        }
+    }
+    check::<f64>(1e-11);
+    check::<f32>(1e-3);
+}
+
 #[test]
 fn pushes_that_leave_a_parameter_open_are_refused() {
     let real = FrictionEllipsoid::isotropic(5.0, 0.03).unwrap();
