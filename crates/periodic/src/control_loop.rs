@@ -61,6 +61,7 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
     /// The parameters if each is in its range.
     pub(crate) fn checked(self) -> Result<Self, ParameterError> {
         self.mechanism.checked()?;
+        Named("normal_force", self.contact.normal_force()).positive()?;
         let Pid { proportional, integral, derivative, filter_time, sample_time } = self.controller;
         Named("proportional", proportional).positive()?;
         for (name, value) in [

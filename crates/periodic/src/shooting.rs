@@ -107,7 +107,8 @@ impl<const N: usize> Orbit<N> {
 
 impl Shooting {
     fn checked(self) -> Result<Self, ParameterError> {
-        Named("tolerance", self.tolerance).positive()?;
+        let least = 10.0 * f64::EPSILON;
+        Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
         Named("most_iterations", self.most_iterations).count(1)?;
         Ok(self)
     }
@@ -210,6 +211,7 @@ impl Shooting {
     ) -> Result<Guess<N>, PeriodicError> {
         self.checked()?;
         let scales = checked_scales(system.scales())?;
+        Named("duration", duration).positive()?;
         // A guess need not be exact: no check of how errors grow.
         let solver = solver(scales, 1e-9, duration)?;
         let mut passages = Passages(Vec::new());

@@ -239,6 +239,13 @@ fn bad_input_has_an_answer_with_a_name() {
         assert!(refused(&hunting_loop().outcome(0.02, bad).map(drop)));
     }
     assert!(refused(&hunting(&hunting_loop(), &[], 60.0).map(drop)));
+    let named = |error: PeriodicError, name: &str| {
+        assert!(error.to_string().starts_with(name), "{error}");
+    };
+    let mut free = hunting_loop();
+    free.contact = model.under_load(0.0).unwrap();
+    named(hunting(&free, &[0.02], 60.0).unwrap_err(), "normal_force is 0");
+    named(shooting.settle(&fast, sliding, f64::NAN, &section).unwrap_err(), "duration is NaN");
     let dahl =
         Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 }).unwrap();
     let still = shooting.prescribed(&dahl.under_load(1.0).unwrap(), 0.0, (0.0, 1.0));
