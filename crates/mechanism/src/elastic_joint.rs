@@ -14,9 +14,9 @@
 //!
 //! Over a step the torque of the shaft is the discrete gradient T̄ = (U(e₁) − U(e₀))/(e₁ − e₀), so
 //! that its work is the change of U, whatever the teeth do in the step, to roundings. These grow
-//! with the length of the step over √(J/k) of the lighter side: 10⁻⁶ of the energies were seen at
-//! 10⁴ times that. All else is linear: e₁ = E − R T̄ with what the joint would do without a shaft,
-//! E, and its compliance R > 0.
+//! with the length of the step over √(J/k) of the lighter side (the tests allow 100 ε times that,
+//! of energies and works). All else is linear: e₁ = E − R T̄ with what the joint would do without a
+//! shaft, E, and its compliance R > 0.
 //! U is convex, so that there is one solution, and U piecewise quadratic, so that it is the root of
 //! a quadratic equation of the stretch, without iteration.
 //!

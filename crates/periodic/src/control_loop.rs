@@ -88,6 +88,8 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlLoop<M, const N: usize> {
     parameters: ControlLoopParameters<M>,
+    /// The Jacobian of all but friction, of which the loop is linear.
+    frictionless: SMatrix<f64, N, N>,
 }
 
 impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
@@ -102,7 +104,7 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
         let rule = "be zero: a loop with a filter is built by ControlLoop::filtered";
         Named("filter_time", filter).stated(filter == 0.0, rule)?;
         Named("sample_time", parameters.controller.sample_time).exactly(0.0)?;
-        Ok(Self { parameters })
+        Ok(Self::of(parameters))
     }
 }
 
@@ -117,7 +119,7 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 5> {
         let parameters = parameters.checked()?;
         Named("filter_time", parameters.controller.filter_time).positive()?;
         Named("sample_time", parameters.controller.sample_time).exactly(0.0)?;
-        Ok(Self { parameters })
+        Ok(Self::of(parameters))
     }
 }
 
@@ -132,9 +134,9 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
         SVector::from_fn(|i, _| if i == 0 { position } else { 0.0 })
     }
 
-    /// The Jacobian of all but friction, of which the loop is linear.
-    pub(crate) fn frictionless(&self) -> SMatrix<f64, N, N> {
-        let ControlLoopParameters { mechanism, controller, .. } = &self.parameters;
+    /// Of parameters that are checked.
+    fn of(parameters: ControlLoopParameters<M>) -> Self {
+        let ControlLoopParameters { mechanism, controller, .. } = &parameters;
         let mut by_state = SMatrix::<f64, N, N>::zeros();
         by_state[(0, 1)] = 1.0;
         by_state[(3, 0)] = 1.0;
@@ -151,7 +153,12 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
             by_state[(4, 1)] = 1.0 / controller.filter_time;
             by_state[(4, 4)] = -by_state[(4, 1)];
         }
-        by_state
+        Self { frictionless: by_state, parameters }
+    }
+
+    /// The Jacobian of all but friction.
+    pub(crate) fn frictionless(&self) -> &SMatrix<f64, N, N> {
+        &self.frictionless
     }
 }
 
@@ -160,7 +167,7 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
     fn rate(&self, _: f64, state: &SVector<f64, N>, [branch]: [Branch; 1]) -> SVector<f64, N> {
         let ControlLoopParameters { contact, mechanism, .. } = &self.parameters;
         let friction = contact.response(branch.of(state[1]), state[2]);
-        let mut rate = self.frictionless() * state;
+        let mut rate = self.frictionless * state;
         rate[1] -= friction.force / mechanism.mass;
         rate[2] = friction.rate;
         rate
@@ -178,7 +185,7 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
     ) -> Option<Linearisation<f64, N>> {
         let ControlLoopParameters { contact, mechanism, .. } = &self.parameters;
         let friction = contact.linearised(branch.of(state[1]), state[2]);
-        let mut by_state = self.frictionless();
+        let mut by_state = self.frictionless;
         by_state[(1, 1)] -= friction.force_by_velocity / mechanism.mass;
         by_state[(1, 2)] -= friction.force_by_deflection / mechanism.mass;
         (by_state[(2, 1)], by_state[(2, 2)]) =

@@ -48,7 +48,8 @@ pub enum Outcome {
     /// It comes to rest: it has not slipped for three time constants of the mass on its bristles
     /// under integral action, nor for three periods of its swing.
     Rests,
-    /// It slips to and fro in a cycle, the last one as measured: to 10⁻² or better.
+    /// It slips to and fro in a cycle, the last one as measured: to 10⁻² or better, unless it never
+    /// repeats itself so well.
     Hunts(HuntingCycle),
     /// It leaves a thousand times its start, and the position error at breakaway.
     Grows,
@@ -87,8 +88,8 @@ struct Slips {
     least: f64,
     /// The farthest position that does not count as growing \[m\].
     far: f64,
-    /// Where and when the motion last turned, and its direction since.
-    turn: (f64, f64),
+    /// Where the motion last turned \[m\], and its direction since.
+    turn: f64,
     direction: f64,
     /// The last slips, the latest first.
     last: [Option<Slip>; 12],
@@ -126,7 +127,7 @@ impl Slips {
         Self {
             least: SLIP * deflection,
             far,
-            turn: (0.0, start),
+            turn: start,
             direction: 0.0,
             last: [None; 12],
             cycle: Outcome::Rests,
@@ -144,7 +145,7 @@ impl Slips {
     /// Takes a point of the motion. Answers where it ends, once that is known.
     fn push(&mut self, time: f64, position: f64, velocity: f64) -> Option<Outcome> {
         if velocity * self.direction < 0.0 {
-            let (_, start) = self.turn;
+            let start = self.turn;
             if (position - start).abs() > self.least {
                 self.last.rotate_right(1);
                 self.last[0] = Some(Slip { start, end: position, time });
@@ -154,7 +155,7 @@ impl Slips {
                 }
                 self.cycle = cycle;
             }
-            self.turn = (time, position);
+            self.turn = position;
         }
         if velocity != 0.0 {
             self.direction = velocity;
@@ -394,7 +395,7 @@ fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
     let largest = |all: &[nalgebra::Complex<f64>]| {
         all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max)
     };
-    let large = poles(system.frictionless(), if integrates { &[2] } else { &[2, 3] })?;
+    let large = poles(*system.frictionless(), if integrates { &[2] } else { &[2, 3] })?;
     Ok((largest(&about_rest[1..]), largest(&large)))
 }
 
