@@ -23,8 +23,7 @@
 //! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
 //! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded:
 //! several velocities of the tip carry the same load, and the model is refused. A load above the
-//! reference load scales μ, and may fold it, too: see
-//! [`Bristle::folding_scale`].
+//! reference load scales μ, and may fold it, too: see [`Bristle::folding_scale`].
 //!
 //! # The affine form
 //!

@@ -21,6 +21,7 @@ use core::ops::Range;
 use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
+use super::growth::MANY;
 use super::stepper::{Field, Point, Stepper, TrialStep};
 use crate::Scalar;
 use crate::scalar::lit;
@@ -133,7 +134,7 @@ const HELD: f64 = 0.6;
 /// The steps that a Jacobian of so many states serves: by differences it costs an evaluation for
 /// each of them, a step of order 8 twelve.
 const fn serves(states: usize) -> usize {
-    if states < 12 { 1 } else { states / 4 }
+    if states < MANY { 1 } else { states / 4 }
 }
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.

@@ -23,7 +23,8 @@ use nalgebra::{SMatrix, SVector};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
-/// From so many states on products with a vector are cheaper than factors of a matrix.
+/// From so many states on what costs as their square or cube decides: products with a vector are
+/// cheaper than factors of a matrix, and a Jacobian serves several steps.
 pub(super) const MANY: usize = 12;
 
 /// Most terms of the power series of e^A x. More are needed where the step is stiff; then the

@@ -18,19 +18,19 @@
 use nalgebra::{ComplexField, SMatrix, SVector};
 
 use super::controller::rough_power;
-use super::growth::Exponential;
+use super::growth::{Exponential, MANY};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
 /// Every so many steps of so many states is looked at: powers of a large matrix cost as much as
 /// several steps.
 const fn look(states: usize) -> usize {
-    if states < 12 { 16 } else { 2 * states }
+    if states < MANY { 16 } else { 2 * states }
 }
 
 /// A step longer by this factor than the one looked at last is looked at, too.
 const fn longer(states: usize) -> f64 {
-    if states < 12 { 2.0 } else { 8.0 }
+    if states < MANY { 2.0 } else { 8.0 }
 }
 
 /// What grows by less than e to this power over the rest of the run remains below the tolerance if
