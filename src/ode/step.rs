@@ -18,11 +18,16 @@ impl Contacts {
     }
 
     pub(super) fn count(self) -> u64 {
-        u64::from(self.0.count_ones())
+        self.iter().count() as u64
     }
 
-    fn iter(self) -> impl Iterator<Item = usize> {
-        (0..Self::MOST).filter(move |&contact| self.0 >> contact & 1 == 1)
+    /// The contacts, in order: as long as some are left, not as many as there could be.
+    fn iter(mut self) -> impl Iterator<Item = usize> {
+        core::iter::from_fn(move || {
+            let contact = (self.0 != 0).then(|| self.0.trailing_zeros() as usize)?;
+            self.toggle(contact);
+            Some(contact)
+        })
     }
 }
 
