@@ -92,9 +92,7 @@ impl<T: Scalar> Sliding<T> {
     pub fn direction(&self) -> T {
         self.direction
     }
-}
 
-impl<T: Scalar> Sliding<T> {
     /// Velocity, speed and direction.
     #[inline(always)]
     pub fn parts(self) -> (T, T, T) {

@@ -251,13 +251,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
         }
         Ok(run)
     }
-}
 
-impl<T, M, V, L> KnownVelocity<T, M, V, L>
-where
-    T: Scalar,
-    V: Signal<T>,
-{
     /// See [`Scene::physics`], of the bristle that the levels share; nothing if its deflection has
     /// no limit.
     fn physics_of<N: Bristle<T>>(
