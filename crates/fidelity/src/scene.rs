@@ -4,9 +4,9 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::FidelityError;
+use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{lit, to_f64};
-use bristle::{Branch, Scalar};
 
 /// A representative scene, and the models that can run it.
 ///
@@ -243,9 +243,4 @@ pub(super) fn each_step<T: Scalar>(
         }
         None
     })
-}
-
-/// The direction of a velocity; forward for zero, where a curve has no sign of its own.
-pub(super) fn direction<T: Scalar>(velocity: T) -> Branch {
-    if velocity < T::zero() { Branch::Backward } else { Branch::Forward }
 }
