@@ -40,20 +40,11 @@ impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, count) = (self.name, self.value);
         match self.rule {
-            Rule::Count { least: 1 } => {
-                return write!(f, "of {name} there must be at least 1, not {count}");
+            Rule::Count { least: 1 } | Rule::CountBetween { least: 1, most: 1 } => {
+                return write!(f, "of {name} there must be {}, not {count}", self.rule);
             }
-            Rule::CountBetween { least: 1, most: 1 } => {
-                return write!(f, "of {name} there must be 1, not {count}");
-            }
-            Rule::Count { least } => {
-                return write!(f, "there must be at least {least} {name}, not {count}");
-            }
-            Rule::CountBetween { least, most } if least == most => {
-                return write!(f, "there must be {least} {name}, not {count}");
-            }
-            Rule::CountBetween { least, most } => {
-                return write!(f, "there must be {least} to {most} {name}, not {count}");
+            Rule::Count { .. } | Rule::CountBetween { .. } => {
+                return write!(f, "there must be {} {name}, not {count}", self.rule);
             }
             Rule::Takes(choices) => return write!(f, "{choices}, not {name}"),
             _ => f.write_str(name)?,
@@ -171,8 +162,9 @@ impl fmt::Display for Rule {
                 write!(f, "be larger than its predecessor {}", Number(previous))
             }
             Rule::Takes(choices) => f.write_str(choices),
-            Rule::Count { least } => write!(f, "be at least {least}"),
-            Rule::CountBetween { least, most } => write!(f, "lie between {least} and {most}"),
+            Rule::Count { least } => write!(f, "at least {least}"),
+            Rule::CountBetween { least, most } if least == most => write!(f, "{least}"),
+            Rule::CountBetween { least, most } => write!(f, "{least} to {most}"),
             Rule::BetweenAt { least, most, place } => {
                 let (least, most) = (Number(least), Number(most));
                 write!(f, "lie between {least} and {most} at v = {}", Number(place))
@@ -300,5 +292,14 @@ impl Named<usize> {
     pub fn count(self, least: usize) -> Result<(), ParameterError> {
         let count = Named(self.0, self.1 as f64);
         count.check(self.1 >= least, Rule::Count { least }).map(drop)
+    }
+
+    /// A count of at least `least` and at most `most`.
+    #[inline]
+    pub fn count_between(self, least: usize, most: usize) -> Result<(), ParameterError> {
+        if (least..=most).contains(&self.1) {
+            return Ok(());
+        }
+        Err(Named(self.0, self.1 as f64).refused(Rule::CountBetween { least, most }))
     }
 }

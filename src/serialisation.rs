@@ -17,7 +17,7 @@ use crate::parameter::Named;
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters, Maxwell,
-    MaxwellArm, MaxwellParameters,
+    MaxwellParameters,
 };
 use crate::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
@@ -133,12 +133,7 @@ serialised_as!([] Tabulated<Vec<Cubic<T>>> as Vec<Knot<T>>:
     |knots: Vec<Knot<T>>| Self::from_slice(&knots), |table| table.knots().collect());
 serialised_as!([] Polyline<Vec<Vertex<T>>> as Vec<Vertex<T>>:
     Self::new, |line| line.vertices().clone());
-serialised_as!([] Maxwell<T> as MaxwellParameters<T>: Self::new, |bristle| {
-    let MaxwellArm { stiffness, series_damping } = *bristle.arm();
-    // It has one always.
-    let series_damping = series_damping.unwrap_or_else(T::zero);
-    MaxwellParameters { micro_stiffness: stiffness, series_damping }
-});
+serialised_as!([] Maxwell<T> as MaxwellParameters<T>: Self::new, Self::parameters);
 serialised_as!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
 LuGre<C, KelvinVoigt<T>, E, T> as LuGreFile<C, E, T>:
 |file: LuGreFile<C, E, T>| {

@@ -54,6 +54,18 @@ impl Branch {
         }
     }
 
+    /// The branch locked to the direction of a velocity; forward for zero.
+    #[inline]
+    pub fn locked<T: Scalar>(velocity: T) -> Self {
+        if velocity < T::zero() { Branch::Backward } else { Branch::Forward }
+    }
+
+    /// A speed in the direction of this branch; forward on the free one.
+    #[inline(always)]
+    pub fn at_speed<T: Scalar>(self, speed: T) -> Sliding<T> {
+        self.of(if self == Branch::Backward { -speed } else { speed })
+    }
+
     /// The opposite direction.
     #[must_use]
     pub fn reversed(self) -> Self {
@@ -92,9 +104,7 @@ impl<T: Scalar> Sliding<T> {
     pub fn direction(&self) -> T {
         self.direction
     }
-}
 
-impl<T: Scalar> Sliding<T> {
     /// Velocity, speed and direction.
     #[inline(always)]
     pub fn parts(self) -> (T, T, T) {

@@ -137,11 +137,9 @@ impl<T: Scalar> Surface<T> {
 
     /// The larger value of a function at rest and at this speed, in the direction of a sign.
     pub fn largest_up_to(&self, sign: T, function: impl Fn(Self) -> T) -> T {
-        let branch = if sign < T::zero() { Branch::Backward } else { Branch::Forward };
-        let speed = self.sliding.velocity().abs();
-        let velocity = if sign < T::zero() { -speed } else { speed };
-        let at = |velocity| function(Self::scaled(branch.of(velocity), self.scale));
-        at(velocity).larger(at(T::zero()))
+        let branch = Branch::locked(sign);
+        let at = |speed| function(Self::scaled(branch.at_speed(speed), self.scale));
+        at(self.sliding.velocity().abs()).larger(at(T::zero()))
     }
 
     /// The opposite velocity on the same branch.

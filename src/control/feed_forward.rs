@@ -23,13 +23,7 @@ use crate::{Bristle, Contact, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
-    ))
-)]
-pub struct FeedForwardParameters<T, M> {
+pub struct FeedForwardParameters<T: Scalar, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
     /// Sample time h \[s\], positive.

@@ -59,13 +59,7 @@ pub enum MicroDamping {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
-    ))
-)]
-pub struct FeedbackParameters<T, M> {
+pub struct FeedbackParameters<T: Scalar, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
     /// The encoder: sample time, filter of the velocity, fastest speed, size of a count.

@@ -171,13 +171,7 @@ impl<T: Scalar> Injection<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
-    ))
-)]
-pub struct ObserverParameters<T, M> {
+pub struct ObserverParameters<T: Scalar, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
     /// Mass m \[kg\] of what the controller moves, positive.

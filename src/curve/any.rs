@@ -31,10 +31,8 @@ use crate::{Bounds, Scalar, Sliding};
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
-#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
-pub enum AnyCurve<T> {
+pub enum AnyCurve<T: Scalar> {
     /// μ_d + σ2|v|.
     Coulomb(Coulomb<T>),
     /// μ_d + (μ_s − μ_d) e^(−(|v|/v_S)^δ) + σ2|v|.
@@ -100,17 +98,7 @@ impl<T: Scalar> FrictionCurve<T> for AnyCurve<T> {
     }
 
     fn with_less_viscous_friction(&self, part: T) -> Self {
-        match self {
-            Self::Coulomb(curve) => curve.with_less_viscous_friction(part).into(),
-            Self::Stribeck(curve) => curve.with_less_viscous_friction(part).into(),
-            Self::RationalStribeck(curve) => curve.with_less_viscous_friction(part).into(),
-            #[cfg(feature = "alloc")]
-            Self::Tabulated(curve) => curve.with_less_viscous_friction(part).into(),
-            #[cfg(feature = "alloc")]
-            Self::Asymmetric(curve) => curve.as_ref().with_less_viscous_friction(part).into(),
-            #[cfg(feature = "alloc")]
-            Self::Own(curve) => Self::Own(curve.with_less_viscous_friction(part)),
-        }
+        of_the_curve!(self, curve => curve.with_less_viscous_friction(part).into())
     }
 
     passed_on! { of_the_curve:
@@ -123,7 +111,12 @@ impl<T: Scalar> FrictionCurve<T> for AnyCurve<T> {
 }
 
 #[cfg(feature = "alloc")]
-impl<T, F: Into<AnyCurve<T>>, B: Into<AnyCurve<T>>> From<Asymmetric<F, B>> for AnyCurve<T> {
+impl<T, F, B> From<Asymmetric<F, B>> for AnyCurve<T>
+where
+    T: Scalar,
+    F: Into<AnyCurve<T>>,
+    B: Into<AnyCurve<T>>,
+{
     fn from(curve: Asymmetric<F, B>) -> Self {
         let (forward, backward) = (curve.forward.into(), curve.backward.into());
         Self::Asymmetric(Box::new(Asymmetric { forward, backward }))
@@ -170,4 +163,6 @@ holds! { AnyCurve:
     RationalStribeck(RationalStribeck<T>)
     #[cfg(feature = "alloc")]
     Tabulated(Tabulated<Vec<Cubic<T>>>)
+    #[cfg(feature = "alloc")]
+    Own(OwnCurve<T>)
 }

@@ -13,7 +13,7 @@
 use core::fmt::Debug;
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError, Rule};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
@@ -30,8 +30,8 @@ pub struct Knot<T> {
 
 /// A friction curve through measured points, by monotone cubic interpolation.
 ///
-/// The storage S is an array ([`Tabulated::new`]), a `Vec` (`Tabulated::from_slice`, for a table
-/// of unknown length) or a slice of memory that you provide ([`Tabulated::in_memory`]).
+/// The storage S is an array ([`Tabulated::new`]) or, for a table of unknown length, a `Vec`
+/// (`Tabulated::from_slice`).
 ///
 /// Beyond the last knot the curve goes on straight: with the slope of the last two knots if they
 /// rise, level if they fall (so that it stays positive). To slightly negative speeds, where a
@@ -124,25 +124,6 @@ impl<T: Scalar> Tabulated<alloc::vec::Vec<Cubic<T>>> {
         let mut cubics = alloc::vec![Cubic::default(); knots.len()];
         fill(&mut cubics, knots);
         Ok(Self { cubics })
-    }
-}
-
-impl<'a, T: Scalar> Tabulated<&'a [Cubic<T>]> {
-    /// A curve through any number of knots in memory that the caller provides, without allocation.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Tabulated::new`], and refuses memory for another number of knots.
-    pub fn in_memory(
-        knots: &[Knot<T>],
-        memory: &'a mut [Cubic<T>],
-    ) -> Result<Self, ParameterError> {
-        check(knots)?;
-        let (least, most) = (knots.len(), knots.len());
-        let rule = Rule::CountBetween { least, most };
-        Named("cubics", memory.len() as f64).check(memory.len() == least, rule)?;
-        fill(memory, knots);
-        Ok(Self { cubics: memory })
     }
 }
 

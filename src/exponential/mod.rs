@@ -119,7 +119,7 @@ impl<const S: usize> Exponential<S> {
             smooth::<T, M, _, S>(contact, branch, along, span, duration, deflection).summary()
         };
         let ahead = if is_zero(from) { to } else { from };
-        let branch = direction(ahead);
+        let branch = Branch::locked(ahead);
         if !(from < zero && to > zero || from > zero && to < zero) {
             return part((zero, one), branch, deflection);
         }
@@ -143,7 +143,7 @@ impl<const S: usize> Exponential<S> {
     ) -> StepSummary<T> {
         let (zero, one) = (T::zero(), T::one());
         let mut total = StepSummary { deflection, end: zero, mean: zero, work: zero };
-        let mut branch = direction(velocity(zero));
+        let mut branch = Branch::locked(velocity(zero));
         let mut start = zero;
         for _ in 0..if duration >= zero { MOST_PARTS } else { 0 } {
             let search = |branch: Branch, end: T| {
@@ -201,11 +201,6 @@ impl<const S: usize> Exponential<S> {
     pub fn fixed<T: Scalar>(self, step: T) -> Result<CollocationSolver<T, S>, ParameterError> {
         Ok(CollocationSolver { control: StepControl::fixed(step)?, tolerance: None })
     }
-}
-
-/// The branch of a velocity; the forward one for zero.
-fn direction<T: Scalar>(velocity: T) -> Branch {
-    if velocity < T::zero() { Branch::Backward } else { Branch::Forward }
 }
 
 /// The nodes between two times.

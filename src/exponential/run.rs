@@ -7,7 +7,7 @@ use nalgebra::Vector1;
 
 use super::dense_step::{DenseStep, Sample};
 use super::nodes::Nodes;
-use super::{CollocationSolver, crossing, direction, places};
+use super::{CollocationSolver, crossing, places};
 use crate::ode::{Crossing, Failure, NextStep, Progress, Statistics, StopReason};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
@@ -61,7 +61,7 @@ where
         deflection: T,
     ) -> Result<Self, Failure<T, 1>> {
         let (now, rate) = velocity.value_and_rate(span.start);
-        let branch = direction(now);
+        let branch = Branch::locked(now);
         let breakaway = contact.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
         let mut run = Self {
             contact,
@@ -225,7 +225,7 @@ where
             End::Kink => {
                 let velocity = self.velocity.value(step.end_time());
                 if !is_zero(velocity) {
-                    self.branch = direction(velocity);
+                    self.branch = Branch::locked(velocity);
                 }
                 self.refresh(velocity);
             }

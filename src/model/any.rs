@@ -38,10 +38,8 @@ use crate::{Bristle, LoadChange, Scalar, Surface};
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
-#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
-pub enum AnyBristle<T> {
+pub enum AnyBristle<T: Scalar> {
     /// Friction with bristle dynamics: a spring and a dashpot side by side.
     #[cfg_attr(feature = "serde", serde(rename = "frbd"))]
     FrBd(FrBd<AnyCurve<T>, KelvinVoigt<T>, AnyRegularisation<T>>),
@@ -136,51 +134,29 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
     }
 }
 
-impl<T, C, E> From<FrBd<C, KelvinVoigt<T>, E>> for AnyBristle<T>
-where
-    C: Into<AnyCurve<T>>,
-    E: Into<AnyRegularisation<T>>,
-{
-    fn from(model: FrBd<C, KelvinVoigt<T>, E>) -> Self {
-        Self::FrBd(model.map(C::into, E::into))
-    }
+/// Models whose curve and modulus become choices.
+macro_rules! holds_parts {
+    ($($variant:ident($model:ident<$bristle:ident $(, $scalar:ident)?>))*) => {$(
+        impl<T, C, E> From<$model<C, $bristle<T>, E $(, $scalar)?>> for AnyBristle<T>
+        where
+            T: Scalar,
+            C: Into<AnyCurve<T>>,
+            E: Into<AnyRegularisation<T>>,
+        {
+            fn from(model: $model<C, $bristle<T>, E $(, $scalar)?>) -> Self {
+                Self::$variant(model.map(C::into, E::into))
+            }
+        }
+    )*};
 }
 
-impl<T, C, E> From<FrBd<C, Maxwell<T>, E>> for AnyBristle<T>
-where
-    C: Into<AnyCurve<T>>,
-    E: Into<AnyRegularisation<T>>,
-{
-    fn from(model: FrBd<C, Maxwell<T>, E>) -> Self {
-        Self::Maxwell(model.map(C::into, E::into))
-    }
+holds_parts! {
+    FrBd(FrBd<KelvinVoigt>)
+    Maxwell(FrBd<Maxwell>)
+    LuGre(LuGre<KelvinVoigt, T>)
+    ElastoPlastic(ElastoPlastic<KelvinVoigt, T>)
 }
-
-impl<T, C, E> From<LuGre<C, KelvinVoigt<T>, E, T>> for AnyBristle<T>
-where
-    C: Into<AnyCurve<T>>,
-    E: Into<AnyRegularisation<T>>,
-{
-    fn from(model: LuGre<C, KelvinVoigt<T>, E, T>) -> Self {
-        Self::LuGre(model.map(C::into, E::into))
-    }
-}
-
-impl<T> From<Dahl<T>> for AnyBristle<T> {
-    fn from(model: Dahl<T>) -> Self {
-        Self::Dahl(model)
-    }
-}
-
-impl<T, C, E> From<ElastoPlastic<C, KelvinVoigt<T>, E, T>> for AnyBristle<T>
-where
-    C: Into<AnyCurve<T>>,
-    E: Into<AnyRegularisation<T>>,
-{
-    fn from(model: ElastoPlastic<C, KelvinVoigt<T>, E, T>) -> Self {
-        Self::ElastoPlastic(model.map(C::into, E::into))
-    }
-}
+holds! { AnyBristle: Dahl(Dahl<T>) }
 
 impl<T: Scalar, C: FrictionCurve<T> + Into<AnyCurve<T>>> From<ImplicitBristle<C, T>>
     for AnyBristle<T>

@@ -97,7 +97,7 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
         Named("upper bound of a curve", bounds.max).at_least("its lower bound", bounds.min);
     let (mut least, mut fault) = (curve.slope_at_rest(), ordered.err());
     for branch in [Branch::Forward, Branch::Backward] {
-        let sliding = |speed: T| branch.of(if branch == Branch::Backward { -speed } else { speed });
+        let sliding = |speed: T| branch.at_speed(speed);
         let slope =
             |speed: T| curve.coefficient_and_slope(sliding(speed)).1 * sliding(speed).direction();
         let speeds = core::iter::successors(Some(fastest), |&speed| Some(speed * ratio));

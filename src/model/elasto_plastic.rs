@@ -80,7 +80,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ElastoPlastic<C, KelvinVoigt<T>, Unregulari
     }
 }
 
-impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
+impl<T: Scalar, C, R, E> ElastoPlastic<C, R, E, T> {
     /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> ElastoPlastic<C, R, F, T> {
         let plastic = self.plastic.regularised(regularisation);
@@ -93,10 +93,7 @@ impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
     }
 
     /// The stick limit z_b \[m\].
-    pub fn stick_limit(&self) -> T
-    where
-        T: Copy,
-    {
+    pub fn stick_limit(&self) -> T {
         self.stick_limit
     }
 

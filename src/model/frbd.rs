@@ -145,9 +145,7 @@ impl<C, R, E> FrBd<C, R, E> {
     pub fn regularisation(&self) -> &E {
         &self.regularisation
     }
-}
 
-impl<C, R, E> FrBd<C, R, E> {
     /// g(v) = σ1|v|_ε + μ(v).
     #[cold]
     fn resistance<T>(&self, surface: Surface<T>) -> T

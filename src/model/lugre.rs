@@ -114,9 +114,7 @@ impl<T: Scalar, C, R, E> LuGre<C, R, E, T> {
         let viscous = if viscous_friction >= T::zero() { viscous_friction } else { T::nan() };
         Self { frbd, viscous }
     }
-}
 
-impl<C, R, E, T> LuGre<C, R, E, T> {
     /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> LuGre<C, R, F, T> {
         LuGre { frbd: self.frbd.regularised(regularisation), viscous: self.viscous }

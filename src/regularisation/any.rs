@@ -7,10 +7,9 @@ use crate::{Scalar, Sliding};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
 #[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
-pub enum AnyRegularisation<T> {
+pub enum AnyRegularisation<T: Scalar> {
     /// |v| as it is.
     #[default]
     Unregularised,
@@ -48,7 +47,7 @@ impl<T: Scalar> Regularisation<T> for AnyRegularisation<T> {
     }
 }
 
-impl<T> From<Unregularised> for AnyRegularisation<T> {
+impl<T: Scalar> From<Unregularised> for AnyRegularisation<T> {
     fn from(_: Unregularised) -> Self {
         Self::Unregularised
     }

@@ -170,6 +170,11 @@ impl<T: Scalar, const N: usize> GeneralisedMaxwell<T, N> {
     pub fn parameters(&self) -> GeneralisedMaxwellParameters<T, N> {
         GeneralisedMaxwellParameters { arms: self.arms, micro_damping: self.damping }
     }
+
+    /// From parts that are in their ranges.
+    pub(super) fn from_parts(arms: [MaxwellArm<T>; N], damping: T) -> Self {
+        Self { arms, damping }
+    }
 }
 
 impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedMaxwell<T, N> {
@@ -197,12 +202,5 @@ impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedMaxwell<T, N> {
         let [stiffness, damping] =
             [self.storage_stiffness().sum(), self.damping].map(Bounds::constant);
         ElementBounds { decay, ..ElementBounds::elastic(stiffness, damping) }
-    }
-}
-
-impl<T, const N: usize> GeneralisedMaxwell<T, N> {
-    /// From parts that are in their ranges.
-    pub(super) fn from_parts(arms: [MaxwellArm<T>; N], damping: T) -> Self {
-        Self { arms, damping }
     }
 }

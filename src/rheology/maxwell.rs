@@ -22,10 +22,10 @@
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
-use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm};
-use crate::parameter::ParameterError;
+use super::{ElementBounds, Elements};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::Rheology;
-use crate::{Scalar, Sliding};
+use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Maxwell`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +56,7 @@ pub struct MaxwellParameters<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Maxwell<T>(MaxwellArm<T>);
+pub struct Maxwell<T>(MaxwellParameters<T>);
 
 impl<T: Scalar> Maxwell<T> {
     /// Checks the parameters.
@@ -65,15 +65,14 @@ impl<T: Scalar> Maxwell<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn new(parameters: MaxwellParameters<T>) -> Result<Self, ParameterError> {
-        let MaxwellParameters { micro_stiffness: stiffness, series_damping } = parameters;
-        let arm = MaxwellArm { stiffness, series_damping: Some(series_damping) };
-        arm.check("micro_stiffness", "series_damping")?;
-        Ok(Self(arm))
+        Named("micro_stiffness", parameters.micro_stiffness).positive()?;
+        Named("series_damping", parameters.series_damping).positive()?;
+        Ok(Self(parameters))
     }
 
-    /// The spring and its dashpot.
-    pub fn arm(&self) -> &MaxwellArm<T> {
-        &self.0
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> MaxwellParameters<T> {
+        self.0
     }
 }
 
@@ -82,16 +81,20 @@ impl<T: Scalar> Rheology<T> for Maxwell<T> {
 
     #[inline(always)]
     fn elements_and_slopes(&self, _: Sliding<T>) -> (Elements<T>, Elements<T>) {
+        let MaxwellParameters { micro_stiffness: stiffness, series_damping } = self.0;
         let none = Elements { stiffness: T::zero(), decay: T::zero(), damping: T::zero() };
-        (Elements { stiffness: self.0.stiffness, decay: self.0.decay(), ..none }, none)
+        (Elements { stiffness, decay: stiffness / series_damping, ..none }, none)
     }
 
     #[inline(always)]
     fn storage_stiffness(&self) -> T {
-        self.0.stiffness
+        self.0.micro_stiffness
     }
 
     fn bounds(&self) -> ElementBounds<T> {
-        GeneralisedMaxwell::from_parts([self.0], T::zero()).bounds()
+        let MaxwellParameters { micro_stiffness, series_damping } = self.0;
+        let [stiffness, decay, damping] =
+            [micro_stiffness, micro_stiffness / series_damping, T::zero()].map(Bounds::constant);
+        ElementBounds { decay, ..ElementBounds::elastic(stiffness, damping) }
     }
 }

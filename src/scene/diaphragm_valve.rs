@@ -29,13 +29,7 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
-                       M: Bristle<T> + serde::Deserialize<'de>, \
-                       U: serde::Deserialize<'de>"))
-)]
-pub struct DiaphragmValveParameters<T, M, U> {
+pub struct DiaphragmValveParameters<T: Scalar, M, U> {
     /// Friction of the stem's packing under its normal force.
     pub contact: Contact<T, M>,
     /// Mass of the stem, its return spring (which must have a stiffness) and damping.
@@ -57,16 +51,11 @@ pub struct DiaphragmValveParameters<T, M, U> {
 /// A diaphragm valve. States: position \[m\] and velocity [m/s] of the stem, deflection \[m\],
 /// pressure \[Pa\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DiaphragmValve<T, M, U> {
-    body: Body<T, M>,
-    diaphragm_area: T,
-    preload: T,
-    least_pressure: T,
-    pressure_gain: T,
-    time_constant: T,
+pub struct DiaphragmValve<T: Scalar, M, U> {
+    parameters: DiaphragmValveParameters<T, M, U>,
+    inverse_mass: T,
     /// 1/τ
     lag_rate: T,
-    opening: U,
 }
 
 const PRESSURE: usize = 3;
@@ -83,47 +72,42 @@ where
     ///
     /// Names the parameter that is out of its range; the opening is checked at time zero.
     pub fn new(parameters: DiaphragmValveParameters<T, M, U>) -> Result<Self, ParameterError> {
-        let p = parameters;
+        let mut p = parameters;
         Named("spring_stiffness", p.mechanism.spring_stiffness).positive()?;
         Named("opening", p.opening.value(T::zero())).finite()?;
-        Ok(Self {
-            body: Body::new(p.contact, p.mechanism)?,
-            diaphragm_area: Named("diaphragm_area", p.diaphragm_area).positive()?,
-            preload: Named("preload", p.preload).finite()?,
-            least_pressure: Named("least_pressure", p.least_pressure).non_negative()?,
-            pressure_gain: Named("pressure_gain", p.pressure_gain).positive()?,
-            time_constant: Named("time_constant", p.time_constant).positive()?,
-            lag_rate: T::one() / p.time_constant,
-            opening: p.opening,
-        })
+        p.mechanism = p.mechanism.checked()?;
+        Named("diaphragm_area", p.diaphragm_area).positive()?;
+        Named("preload", p.preload).finite()?;
+        p.least_pressure = Named("least_pressure", p.least_pressure).non_negative()?;
+        Named("pressure_gain", p.pressure_gain).positive()?;
+        Named("time_constant", p.time_constant).positive()?;
+        let [inverse_mass, lag_rate] = [p.mechanism.mass, p.time_constant].map(|x| T::one() / x);
+        Ok(Self { parameters: p, inverse_mass, lag_rate })
+    }
+
+    #[inline(always)]
+    fn body(&self) -> Body<'_, T, M> {
+        let DiaphragmValveParameters { contact, mechanism, .. } = &self.parameters;
+        Body { contact, mechanism: *mechanism, inverse_mass: self.inverse_mass }
     }
 
     /// The parameters, as they were given.
     pub fn parameters(&self) -> DiaphragmValveParameters<T, M, U> {
-        DiaphragmValveParameters {
-            contact: self.body.contact.clone(),
-            mechanism: self.body.mechanism,
-            diaphragm_area: self.diaphragm_area,
-            preload: self.preload,
-            least_pressure: self.least_pressure,
-            pressure_gain: self.pressure_gain,
-            time_constant: self.time_constant,
-            opening: self.opening.clone(),
-        }
+        self.parameters.clone()
     }
 
     /// The state in which pressure and spring have settled at the opening asked for at a time,
     /// with no friction: x = (S_a P − F₀)/k, v = z = 0, P = P_min + K_P OP.
     pub fn balanced(&self, time: T) -> Vector4<T> {
         let pressure = self.pressure_asked_for(time);
-        let force = self.diaphragm_area * pressure - self.preload;
-        let position = force / self.body.mechanism.spring_stiffness;
+        let force = self.parameters.diaphragm_area * pressure - self.parameters.preload;
+        let position = force / self.parameters.mechanism.spring_stiffness;
         Vector4::new(position, T::zero(), T::zero(), pressure)
     }
 
     /// The friction force \[N\] at a state.
     pub fn friction_force(&self, state: &Vector4<T>) -> T {
-        self.body.friction_force(state)
+        self.body().friction_force(state)
     }
 
     /// A typical magnitude of each state, for tolerances: travel and pressure at full opening, the
@@ -132,15 +116,17 @@ where
     /// The velocity is that of a fast stroke: the paper's valve reaches 0.77 of it under a sine of
     /// 40 % at 0.05 Hz, and 0.06 under a ramp of 1 % per second.
     pub fn scales(&self) -> Vector4<T> {
-        let pressure = self.pressure_gain * lit(100.0);
-        let travel = self.diaphragm_area * pressure / self.body.mechanism.spring_stiffness;
+        let pressure = self.parameters.pressure_gain * lit(100.0);
+        let travel =
+            self.parameters.diaphragm_area * pressure / self.parameters.mechanism.spring_stiffness;
         let (velocity, deflection) =
-            (self.body.bristle_velocity(), self.body.breakaway_deflection());
+            (self.body().bristle_velocity(), self.body().breakaway_deflection());
         Vector4::new(travel, velocity, deflection, pressure)
     }
 
     fn pressure_asked_for(&self, time: T) -> T {
-        self.least_pressure + self.pressure_gain * self.opening.value(time)
+        self.parameters.least_pressure
+            + self.parameters.pressure_gain * self.parameters.opening.value(time)
     }
 
     /// Ṗ [Pa/s].
@@ -150,9 +136,9 @@ where
 
     /// Force \[N\] of diaphragm and return spring on the stem.
     fn force(&self, state: &Vector4<T>) -> T {
-        self.diaphragm_area * state[PRESSURE]
-            - self.body.mechanism.spring_stiffness * state[POSITION]
-            - self.preload
+        self.parameters.diaphragm_area * state[PRESSURE]
+            - self.parameters.mechanism.spring_stiffness * state[POSITION]
+            - self.parameters.preload
     }
 }
 
@@ -164,7 +150,7 @@ where
 {
     #[inline]
     fn rate(&self, time: T, state: &Vector4<T>, [branch]: [Branch; 1]) -> Vector4<T> {
-        let mut rate = self.body.rate(self.force(state), state, branch);
+        let mut rate = self.body().rate(self.force(state), state, branch);
         rate[PRESSURE] = self.pressure_rate(time, state);
         rate
     }
@@ -181,21 +167,22 @@ where
         state: &Vector4<T>,
         [branch]: [Branch; 1],
     ) -> Option<Linearisation<T, 4>> {
-        let mut linearised = self.body.linearised(self.force(state), state, branch);
+        let mut linearised = self.body().linearised(self.force(state), state, branch);
         linearised.rate[PRESSURE] = self.pressure_rate(time, state);
-        linearised.by_state[(VELOCITY, PRESSURE)] = self.diaphragm_area * self.body.inverse_mass;
+        linearised.by_state[(VELOCITY, PRESSURE)] =
+            self.parameters.diaphragm_area * self.inverse_mass;
         linearised.by_state[(PRESSURE, PRESSURE)] = -self.lag_rate;
-        let (_, opening_rate) = self.opening.value_and_rate(time);
-        linearised.by_time[PRESSURE] = self.pressure_gain * opening_rate * self.lag_rate;
+        let (_, opening_rate) = self.parameters.opening.value_and_rate(time);
+        linearised.by_time[PRESSURE] = self.parameters.pressure_gain * opening_rate * self.lag_rate;
         Some(linearised)
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        self.opening.next_kink(time, towards)
+        self.parameters.opening.next_kink(time, towards)
     }
 
     fn longest_step(&self) -> Option<T> {
-        self.opening.longest_step()
+        self.parameters.opening.longest_step()
     }
 
     fn scales(&self) -> Vector4<T> {

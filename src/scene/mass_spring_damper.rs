@@ -27,13 +27,7 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
-                       M: Bristle<T> + serde::Deserialize<'de>, \
-                       F: serde::Deserialize<'de>"))
-)]
-pub struct MassSpringDamperParameters<T, M, F = T> {
+pub struct MassSpringDamperParameters<T: Scalar, M, F = T> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
     /// Mass, spring and damper; the spring and the damper may be absent (zero).
@@ -67,10 +61,9 @@ pub struct MassSpringDamperParameters<T, M, F = T> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MassSpringDamper<T, M, F = T> {
-    body: Body<T, M>,
-    drive_velocity: T,
-    force: F,
+pub struct MassSpringDamper<T: Scalar, M, F = T> {
+    parameters: MassSpringDamperParameters<T, M, F>,
+    inverse_mass: T,
 }
 
 impl<T, M, F> MassSpringDamper<T, M, F>
@@ -85,38 +78,37 @@ where
     ///
     /// Names the parameter that is out of its range; the force is checked at time zero.
     pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
-        let MassSpringDamperParameters { contact, mechanism, drive_velocity, force } = parameters;
-        Named("force", force.value(T::zero())).finite()?;
-        Ok(Self {
-            body: Body::new(contact, mechanism)?,
-            drive_velocity: Named("drive_velocity", drive_velocity).finite()?,
-            force,
-        })
+        Named("force", parameters.force.value(T::zero())).finite()?;
+        let mechanism = parameters.mechanism.checked()?;
+        Named("drive_velocity", parameters.drive_velocity).finite()?;
+        let parameters = MassSpringDamperParameters { mechanism, ..parameters };
+        Ok(Self { parameters, inverse_mass: T::one() / mechanism.mass })
+    }
+
+    #[inline(always)]
+    fn body(&self) -> Body<'_, T, M> {
+        let MassSpringDamperParameters { contact, mechanism, .. } = &self.parameters;
+        Body { contact, mechanism: *mechanism, inverse_mass: self.inverse_mass }
     }
 
     /// The parameters, as they were given.
     pub fn parameters(&self) -> MassSpringDamperParameters<T, M, F> {
-        MassSpringDamperParameters {
-            contact: self.body.contact.clone(),
-            mechanism: self.body.mechanism,
-            drive_velocity: self.drive_velocity,
-            force: self.force.clone(),
-        }
+        self.parameters.clone()
     }
 
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
-        &self.body.contact
+        &self.parameters.contact
     }
 
     /// Mass, spring and damper.
     pub fn mechanism(&self) -> Mechanism<T> {
-        self.body.mechanism
+        self.parameters.mechanism
     }
 
     /// The applied force f(t).
     pub fn force(&self) -> &F {
-        &self.force
+        &self.parameters.force
     }
 
     /// The state at rest at the origin with an undeflected bristle.
@@ -126,13 +118,14 @@ where
 
     /// The friction force F \[N\] at a state.
     pub fn friction_force(&self, state: &Vector3<T>) -> T {
-        self.body.friction_force(state)
+        self.body().friction_force(state)
     }
 
     /// The force k (V t − x) \[N\] of the spring on the mass.
     #[inline]
     pub fn spring_force(&self, time: T, state: &Vector3<T>) -> T {
-        self.body.mechanism.spring_stiffness * (self.drive_velocity * time - state[POSITION])
+        self.parameters.mechanism.spring_stiffness
+            * (self.parameters.drive_velocity * time - state[POSITION])
     }
 
     /// A typical magnitude of each state, for tolerances.
@@ -141,14 +134,14 @@ where
     /// the deflection. Velocity: what the mass reaches when that stretch is released, or the drive
     /// velocity if that is larger.
     pub fn scales(&self) -> Vector3<T> {
-        let deflection = self.body.breakaway_deflection();
-        let stiffness = self.body.mechanism.spring_stiffness;
+        let deflection = self.body().breakaway_deflection();
+        let stiffness = self.parameters.mechanism.spring_stiffness;
         if is_zero(stiffness) {
-            return Vector3::new(deflection, self.body.bristle_velocity(), deflection);
+            return Vector3::new(deflection, self.body().bristle_velocity(), deflection);
         }
-        let stretch = self.body.breakaway_force() / stiffness;
-        let released = stretch * (stiffness * self.body.inverse_mass).sqrt();
-        Vector3::new(stretch, self.drive_velocity.abs().larger(released), deflection)
+        let stretch = self.body().breakaway_force() / stiffness;
+        let released = stretch * (stiffness * self.inverse_mass).sqrt();
+        Vector3::new(stretch, self.parameters.drive_velocity.abs().larger(released), deflection)
     }
 }
 
@@ -160,8 +153,8 @@ where
 {
     #[inline]
     fn rate(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Vector3<T> {
-        let force = self.force.value(time) + self.spring_force(time, state);
-        self.body.rate(force, state, branch)
+        let force = self.parameters.force.value(time) + self.spring_force(time, state);
+        self.body().rate(force, state, branch)
     }
 
     #[inline]
@@ -176,21 +169,21 @@ where
         state: &Vector3<T>,
         [branch]: [Branch; 1],
     ) -> Option<Linearisation<T, 3>> {
-        let (force, force_rate) = self.force.value_and_rate(time);
+        let (force, force_rate) = self.parameters.force.value_and_rate(time);
         let force = force + self.spring_force(time, state);
-        let mut linearised = self.body.linearised(force, state, branch);
-        let stiffness = self.body.mechanism.spring_stiffness * self.body.inverse_mass;
+        let mut linearised = self.body().linearised(force, state, branch);
+        let stiffness = self.parameters.mechanism.spring_stiffness * self.inverse_mass;
         linearised.by_time[VELOCITY] =
-            force_rate * self.body.inverse_mass + stiffness * self.drive_velocity;
+            force_rate * self.inverse_mass + stiffness * self.parameters.drive_velocity;
         Some(linearised)
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        self.force.next_kink(time, towards)
+        self.parameters.force.next_kink(time, towards)
     }
 
     fn longest_step(&self) -> Option<T> {
-        self.force.longest_step()
+        self.parameters.force.longest_step()
     }
 
     fn scales(&self) -> Vector3<T> {

@@ -20,7 +20,6 @@ pub use prescribed_velocity::PrescribedVelocity;
 use nalgebra::{SMatrix, SVector};
 
 use crate::ode::Linearisation;
-use crate::parameter::ParameterError;
 use crate::scalar::lit;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
@@ -33,19 +32,14 @@ const DEFLECTION: usize = 2;
 /// first three states of a system of N.
 ///
 /// The force f is everything but damper and friction. It contains the spring −k x.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Body<T, M> {
-    contact: Contact<T, M>,
+#[derive(Debug, Clone, Copy)]
+struct Body<'a, T, M> {
+    contact: &'a Contact<T, M>,
     mechanism: Mechanism<T>,
     inverse_mass: T,
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<T, M> {
-    fn new(contact: Contact<T, M>, mechanism: Mechanism<T>) -> Result<Self, ParameterError> {
-        let mechanism = mechanism.checked()?;
-        Ok(Self { contact, mechanism, inverse_mass: T::one() / mechanism.mass })
-    }
-
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<'_, T, M> {
     fn friction_force<const N: usize>(&self, state: &SVector<T, N>) -> T {
         self.contact.force(state[VELOCITY], state[DEFLECTION])
     }

@@ -35,13 +35,7 @@ use crate::{Branch, Bristle, Contact, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
-                       M: Bristle<T> + serde::Deserialize<'de>, \
-                       V: serde::Deserialize<'de>"))
-)]
-pub struct PrescribedVelocity<T, M, V> {
+pub struct PrescribedVelocity<T: Scalar, M, V> {
     contact: Contact<T, M>,
     velocity: V,
 }

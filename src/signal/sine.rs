@@ -31,12 +31,9 @@ pub struct SineParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sine<T> {
-    mean: T,
-    amplitude: T,
-    frequency: T,
+    parameters: SineParameters<T>,
     /// 2π · frequency [rad/s]
     angular: T,
-    phase: T,
 }
 
 impl<T: Scalar> Sine<T> {
@@ -46,33 +43,31 @@ impl<T: Scalar> Sine<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn new(parameters: SineParameters<T>) -> Result<Self, ParameterError> {
-        let frequency = Named("frequency", parameters.frequency).positive()?;
-        Ok(Self {
-            frequency,
-            mean: Named("mean", parameters.mean).finite()?,
-            amplitude: Named("amplitude", parameters.amplitude).finite()?,
-            angular: T::two_pi() * frequency,
-            phase: Named("phase", parameters.phase).finite()?,
-        })
+        Named("frequency", parameters.frequency).positive()?;
+        Named("mean", parameters.mean).finite()?;
+        Named("amplitude", parameters.amplitude).finite()?;
+        Named("phase", parameters.phase).finite()?;
+        Ok(Self { parameters, angular: T::two_pi() * parameters.frequency })
     }
 
     /// The parameters, as they were given.
     pub fn parameters(&self) -> SineParameters<T> {
-        let Self { mean, amplitude, frequency, phase, .. } = *self;
-        SineParameters { mean, amplitude, frequency, phase }
+        self.parameters
     }
 }
 
 impl<T: Scalar> Signal<T> for Sine<T> {
     #[inline]
     fn value(&self, time: T) -> T {
-        self.mean + self.amplitude * (self.angular * time + self.phase).sin()
+        let SineParameters { mean, amplitude, phase, .. } = self.parameters;
+        mean + amplitude * (self.angular * time + phase).sin()
     }
 
     #[inline]
     fn value_and_rate(&self, time: T) -> (T, T) {
-        let (sin, cos) = (self.angular * time + self.phase).sin_cos();
-        (self.mean + self.amplitude * sin, self.amplitude * self.angular * cos)
+        let SineParameters { mean, amplitude, phase, .. } = self.parameters;
+        let (sin, cos) = (self.angular * time + phase).sin_cos();
+        (mean + amplitude * sin, amplitude * self.angular * cos)
     }
 
     /// A quarter of the period.

@@ -116,9 +116,7 @@ impl<T: Real, const N: usize> Material<T, N> {
     pub(super) fn most(&self, speed: T) -> T {
         self.curve.dynamic + self.curve.drop + self.curve.viscous * speed
     }
-}
 
-impl<T: Real, const N: usize> Material<T, N> {
     /// Whether a deflection within the ellipsoid of friction stays there: the axes relax alike, to
     /// a few roundings.
     #[inline(always)]

@@ -4,6 +4,7 @@
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::FrictionCurve;
 use bristle::ode::{self, Output};
+use bristle::rheology::MaxwellParameters;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{
     Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, ParameterError, Scalar,
@@ -141,7 +142,7 @@ fn a_mujoco_bristle_creeps_as_the_constraint_does() {
             assert_within(1e-12, friction_loss, force, want, || format!("{joint:?}, {share}"));
         }
         // The stuck body on its spring: s² + (k/c) s + k/M has a double root.
-        let (k, c) = (bristle.arm().stiffness, bristle.arm().series_damping.unwrap());
+        let MaxwellParameters { micro_stiffness: k, series_damping: c } = bristle.parameters();
         assert_within(1e-12, (k / c).powi(2), (k / c).powi(2), 4.0 * k / inertia, || "root".into());
         // The direct form: b = damping/dmax.
         let direct = MujocoFriction { solref: [-1e4, -2.0 / time], ..joint };

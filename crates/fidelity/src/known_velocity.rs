@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::scene::{Answers, Level, Run, Scene, check_run, direction, each_step, resolving};
+use super::scene::{Answers, Level, Run, Scene, check_run, each_step, resolving};
 use super::{FidelityError, cost};
 use bristle::curve::FrictionCurve;
 use bristle::parameter::{Named, ParameterError};
@@ -11,7 +11,7 @@ use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::signal::Signal;
-use bristle::{Bristle, Contact, Dahl, DahlParameters, Form, FrBd, Scalar};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, Form, FrBd, Scalar};
 
 impl Level {
     /// F = p μ(v) sgn v: no memory.
@@ -251,13 +251,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
         }
         Ok(run)
     }
-}
 
-impl<T, M, V, L> KnownVelocity<T, M, V, L>
-where
-    T: Scalar,
-    V: Signal<T>,
-{
     /// See [`Scene::physics`], of the bristle that the levels share; nothing if its deflection has
     /// no limit.
     fn physics_of<N: Bristle<T>>(
@@ -273,11 +267,12 @@ where
         for now in self.answers.times().map(|time| self.velocity.value(time)) {
             let change = contact.stationary(now) - contact.stationary(last);
             let rate = to_f64(change.largest()) / dt;
-            let relaxation =
-                contact.affine(direction(now).of(now), N::Deflection::fill(T::zero())).relaxation;
+            let relaxation = contact
+                .affine(Branch::locked(now).of(now), N::Deflection::fill(T::zero()))
+                .relaxation;
             let one = N::Deflection::fill(T::one());
             let relaxation = to_f64(N::Deflection::relax(relaxation, one).largest());
-            let reversed = direction(now) != direction(last);
+            let reversed = Branch::locked(now) != Branch::locked(last);
             let here = if reversed { 2.0 } else { rate / (relaxation * breakaway) };
             lag = if here <= lag { lag } else { here.min(2.0) };
             way = if reversed { 0.0 } else { way } + dt * to_f64(now).abs();

@@ -4,9 +4,9 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::FidelityError;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::Scalar;
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{lit, to_f64};
-use bristle::{Branch, Scalar};
 
 /// A representative scene, and the models that can run it.
 ///
@@ -168,13 +168,6 @@ pub(super) const MOST_STEPS: u32 = 1 << 20;
 /// Most answers of a scene: a quarter of an hour at 1 kHz, and 8 MB for each run that is kept.
 const MOST_ANSWERS: usize = 1_000_000;
 
-fn count(name: &'static str, value: usize, most: usize) -> Result<usize, ParameterError> {
-    if (1..=most).contains(&value) {
-        return Ok(value);
-    }
-    Err(Named(name, value as f64).refused(Rule::CountBetween { least: 1, most }))
-}
-
 /// The steps over a time that are none longer than an input allows
 /// ([`Signal::longest_step`](bristle::signal::Signal::longest_step)).
 pub(super) fn resolving<T: Scalar>(duration: T, longest: Option<T>) -> u32 {
@@ -186,8 +179,7 @@ pub(super) fn check_run(levels: &[Level], level: Level, steps: u32) -> Result<()
     if !levels.contains(&level) {
         return Err(FidelityError::NoSuchLevel(level));
     }
-    count("steps", steps as usize, MOST_STEPS as usize)?;
-    Ok(())
+    Ok(Named("steps", steps as usize).count_between(1, MOST_STEPS as usize)?)
 }
 
 /// When answers are wanted: at Δ, 2Δ, …
@@ -202,7 +194,8 @@ pub struct Answers<T> {
 impl<T: Scalar> Answers<T> {
     pub(super) fn checked(self) -> Result<Self, ParameterError> {
         let interval = Named("interval", self.interval).positive()?;
-        Ok(Self { interval, count: count("answers", self.count, MOST_ANSWERS)? })
+        Named("answers", self.count).count_between(1, MOST_ANSWERS)?;
+        Ok(Self { interval, ..self })
     }
 
     /// The time of an answer; the start is that of answer 0.
@@ -250,9 +243,4 @@ pub(super) fn each_step<T: Scalar>(
         }
         None
     })
-}
-
-/// The direction of a velocity; forward for zero, where a curve has no sign of its own.
-pub(super) fn direction<T: Scalar>(velocity: T) -> Branch {
-    if velocity < T::zero() { Branch::Backward } else { Branch::Forward }
 }

@@ -282,9 +282,7 @@ pub(super) fn times(time: &[f64]) -> Result<Vec<f64>, LogError> {
 
 /// Refuses a column without a value for each row.
 pub(super) fn length(name: &'static str, count: usize, rows: usize) -> Result<(), LogError> {
-    let rule = Rule::CountBetween { least: rows, most: rows };
-    Named(name, count as f64).check(count == rows, rule)?;
-    Ok(())
+    Ok(Named(name, count).count_between(rows, rows)?)
 }
 
 /// A column, if it has so many rows and all its values obey a rule.

@@ -9,7 +9,7 @@ use super::log::FEWEST;
 use super::residuals::{Parameter, Residuals, within};
 use super::triangle::Triangle;
 use super::{Candidate, Fit, Log, Remark, SearchProgress, SearchSettings, least_squares};
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
 
@@ -198,11 +198,10 @@ pub fn predict<C: Candidate<N>, const N: usize>(
     values: &[f64],
     log: &Log,
 ) -> Result<Vec<f64>, ParameterError> {
-    let rule = Rule::CountBetween { least: N, most: N };
-    let count = || Named("values", values.len() as f64).refused(rule);
-    let values: &[f64; N] = values.try_into().map_err(|_| count())?;
+    Named("values", values.len()).count_between(N, N)?;
+    let values: [f64; N] = core::array::from_fn(|i| values[i]);
     let mut coefficients = Vec::with_capacity(log.len());
-    Along::new(candidate, log, N)?.run(values, |model: f64| coefficients.push(model))?;
+    Along::new(candidate, log, N)?.run(&values, |model: f64| coefficients.push(model))?;
     for (row, &mu) in coefficients.iter().enumerate() {
         ParameterError::of_component(row, Named("friction of the model", mu).finite())?;
     }

@@ -83,7 +83,7 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
         Named("velocity", velocity.abs()).positive()?;
         Named("external_torque", external_torque).positive()?;
         let (zero, one) = (T::zero(), T::one());
-        let direction = if velocity > zero { Branch::Forward } else { Branch::Backward };
+        let direction = Branch::locked(velocity);
         let coefficient = |mu: T| self.friction_scale() * mu.abs();
         let static_coefficient =
             coefficient(self.model().stationary_coefficient(direction.of(zero)));

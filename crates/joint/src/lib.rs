@@ -5,8 +5,6 @@
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
-#[cfg(feature = "std")]
-extern crate std;
 
 mod audit;
 #[cfg(feature = "serde")]

@@ -2,7 +2,7 @@
 
 use crate::mechanism::{LinearMechanism, Structure};
 use crate::rows::{Rows, along};
-use crate::step::{Motion, Parts, check_count, check_length, forwards};
+use crate::step::{Motion, Parts, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
 use bristle::parameter::ParameterError;
 use bristle::rheology::Deflection;
@@ -204,9 +204,9 @@ where
     ) -> Result<(), ParameterError> {
         let count = self.rows.contacts();
         if companions.len() != 1 {
-            check_count::<T>("companions", companions.len(), count)?;
+            check_length("companions", companions, count)?;
         }
-        check_count::<T>("contact states", contacts.len(), count)
+        check_length("contact states", contacts, count)
     }
 }
 

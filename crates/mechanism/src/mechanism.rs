@@ -4,7 +4,7 @@ use core::mem::take;
 
 use crate::band;
 use crate::rows::{self, Rows};
-use crate::step::{Parts, check_count};
+use crate::step::{Parts, check_length};
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
@@ -124,9 +124,9 @@ impl<T: Scalar> Matrices<'_, T> {
         Named("coordinates", coordinates).count(1)?;
         let wanted = coordinates * self.structure.width(coordinates);
         for which in Which::ALL {
-            let given = self.of(which).len();
-            if given > 0 || which == Which::Mass {
-                check_count::<T>(which.entries(), given, wanted)?;
+            let given = self.of(which);
+            if !given.is_empty() || which == Which::Mass {
+                check_length(which.entries(), given, wanted)?;
             }
         }
         Ok(coordinates)
@@ -236,8 +236,9 @@ where
         if matrices.structure != self.structure {
             return Err(ParameterError::chosen("another", "a mechanism keeps its structure"));
         }
-        check_count::<T>("coordinates", matrices.coordinates()?, self.coordinates)?;
-        check_count::<T>("contacts", rows.contacts(), self.rows.contacts())?;
+        let (coordinates, contacts) = (self.coordinates, self.rows.contacts());
+        Named("coordinates", matrices.coordinates()?).count_between(coordinates, coordinates)?;
+        Named("contacts", rows.contacts()).count_between(contacts, contacts)?;
         self.check_rows(&rows)?;
         self.load(&(matrices, self.coordinates))?;
         self.rows = rows;

@@ -4,7 +4,7 @@ use crate::band;
 use crate::mechanism::{LinearMechanism, Structure};
 use crate::rows::{Rows, along};
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 
 /// Where a mechanism is and how it moves: the caller's, changed by a step.
@@ -73,9 +73,9 @@ where
     ) -> Result<(), ParameterError> {
         let contacts = self.rows.contacts();
         self.check_motion(force, &motion)?;
-        check_length::<T>("biases", sources.bias, contacts)?;
-        check_length::<T>("dampings", sources.damping, contacts)?;
-        check_length::<T>("sliding velocities", sources.sliding, contacts)?;
+        check_length("biases", sources.bias, contacts)?;
+        check_length("dampings", sources.damping, contacts)?;
+        check_length("sliding velocities", sources.sliding, contacts)?;
         let (structure, duration) = (self.structure, forwards(duration));
         let (rows, mut parts) = self.prepared(duration);
         parts.bias.copy_from_slice(sources.bias);
@@ -256,24 +256,11 @@ pub(crate) fn forwards<T: Scalar>(duration: T) -> T {
 }
 
 /// Refuses a slice of another length.
-pub(crate) fn check_length<T: Scalar>(
-    name: &'static str,
-    slice: &[T],
-    wanted: usize,
-) -> Result<(), ParameterError> {
-    check_count::<T>(name, slice.len(), wanted)
-}
-
-/// Refuses another count.
 #[inline]
-pub(crate) fn check_count<T: Scalar>(
+pub(crate) fn check_length<V>(
     name: &'static str,
-    count: usize,
+    slice: &[V],
     wanted: usize,
 ) -> Result<(), ParameterError> {
-    if count == wanted {
-        return Ok(());
-    }
-    let count: Named<T> = Named(name, lit(count as f64));
-    Err(count.refused(Rule::CountBetween { least: wanted, most: wanted }))
+    Named(name, slice.len()).count_between(wanted, wanted)
 }

@@ -26,7 +26,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
 use bristle::companion::CompletedStep;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Reloaded, Scalar};
 
@@ -350,8 +350,7 @@ where
     /// As many of something as points.
     fn as_many(&self, name: &'static str, count: usize) -> Result<(), ParameterError> {
         let points = self.points().len();
-        let rule = Rule::CountBetween { least: points, most: points };
-        Named(name, count as f64).check(count == points, rule).map(drop)
+        Named(name, count).count_between(points, points)
     }
 }
 

@@ -69,9 +69,7 @@ impl<T: Scalar, C, const N: usize, E> PlaneFrBd<C, T, N, E> {
             FrBd::new(surfaces[i], self.axes[i].bristle).regularised(surfaces[i])
         })
     }
-}
 
-impl<C, T, const N: usize, E> PlaneFrBd<C, T, N, E> {
     /// The model with another regularisation of the weighted speed.
     pub fn regularised<F>(self, regularisation: F) -> PlaneFrBd<C, T, N, F> {
         PlaneFrBd { curve: self.curve, axes: self.axes, regularisation }
@@ -90,6 +88,11 @@ impl<C, T, const N: usize, E> PlaneFrBd<C, T, N, E> {
     /// The regularisation.
     pub fn regularisation(&self) -> &E {
         &self.regularisation
+    }
+
+    /// Whether no bristle is damped.
+    pub(super) fn is_undamped(&self) -> bool {
+        self.axes.iter().all(|axis| axis.bristle.bounds().damping.max == T::zero())
     }
 }
 
@@ -182,13 +185,6 @@ where
             relaxation_rate: finite(rate),
             ellipsoid: mu.is_some() && quotients.all(alike),
         }
-    }
-}
-
-impl<T: Scalar, C, E, const N: usize> PlaneFrBd<C, T, N, E> {
-    /// Whether no bristle is damped.
-    pub(super) fn is_undamped(&self) -> bool {
-        self.axes.iter().all(|axis| axis.bristle.bounds().damping.max == T::zero())
     }
 }
 

@@ -62,7 +62,12 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
     }
 }
 
-impl<C, T, const N: usize, E> PlaneLuGre<C, T, N, E> {
+impl<T: Scalar, C, const N: usize, E> PlaneLuGre<C, T, N, E> {
+    /// The viscous friction σ2 [s/m] outside g.
+    pub fn viscous_friction(&self) -> T {
+        self.viscous
+    }
+
     /// The model with another regularisation of the weighted speed.
     pub fn regularised<F>(self, regularisation: F) -> PlaneLuGre<C, T, N, F> {
         PlaneLuGre { frbd: self.frbd.regularised(regularisation), viscous: self.viscous }
@@ -72,6 +77,12 @@ impl<C, T, const N: usize, E> PlaneLuGre<C, T, N, E> {
     #[cfg(feature = "serde")]
     pub(crate) fn frbd(&self) -> &PlaneFrBd<C, T, N, E> {
         &self.frbd
+    }
+
+    /// Whether no bristle is damped and nothing viscous stands outside g: then the model is the
+    /// undamped FrBD one.
+    fn is_undamped(&self) -> bool {
+        self.viscous == T::zero() && self.frbd.is_undamped()
     }
 }
 
@@ -114,18 +125,5 @@ where
             Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             _ => false,
         }
-    }
-}
-
-impl<T: Scalar, C, E, const N: usize> PlaneLuGre<C, T, N, E> {
-    /// The viscous friction σ2 [s/m] outside g.
-    pub fn viscous_friction(&self) -> T {
-        self.viscous
-    }
-
-    /// Whether no bristle is damped and nothing viscous stands outside g: then the model is the
-    /// undamped FrBD one.
-    fn is_undamped(&self) -> bool {
-        self.viscous == T::zero() && self.frbd.is_undamped()
     }
 }

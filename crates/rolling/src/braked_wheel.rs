@@ -58,13 +58,7 @@ const ROCKING: f64 = 0.25;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
-                       P: serde::Deserialize<'de>, \
-                       K: Bristle<T> + serde::Deserialize<'de>"))
-)]
-pub struct BrakedWheelParameters<T, P, K> {
+pub struct BrakedWheelParameters<T: Scalar, P, K> {
     /// The tyre, a patch in motion with its bristles as they are at the beginning: of one axis
     /// ([`Patch::exact`](crate::Patch::exact)), or of two for a wheel that steers
     /// ([`Patch::combined`](crate::Patch::combined)).

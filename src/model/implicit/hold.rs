@@ -22,7 +22,7 @@
 use super::Balance;
 use super::solve::{UnderTip, heading};
 use crate::curve::FrictionCurve;
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{lit, to_f64};
 use crate::{Branch, HeldStep, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. The rest is done with the coefficients frozen.
@@ -165,13 +165,12 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
     /// Slides to where the tip comes to rest or the time is over.
     fn slide(&self, path: &mut Path<T>) {
         let falls = path.gap < T::zero() && path.velocity < T::zero();
-        let edge = falls.then(T::zero);
-        self.slide_to(path, edge);
-        path.sticks = path.left > T::zero() && edge.is_some_and(is_zero);
+        self.slide_on(path, falls);
+        path.sticks = falls && path.left > T::zero();
     }
 
-    /// Slides until the time is over, or the tip's speed has come to an edge.
-    fn slide_to(&self, path: &mut Path<T>, edge: Option<T>) {
+    /// Slides until the time is over, or a tip whose speed falls to zero rests.
+    fn slide_on(&self, path: &mut Path<T>, falls: bool) {
         let (stiffness, damping) = (self.stiffness, self.damping);
         let accuracy = lit::<T>(ACCURACY) + T::default_epsilon() * lit(16.0);
         // The longest piece that the error allows, and one that should end with the time.
@@ -183,20 +182,19 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
             if path.gap.abs() * steepest <= T::default_epsilon() * path.here.mu {
                 return self.stay(path);
             }
-            // ln(g/(w − edge)).
-            let to_edge =
-                edge.map(|edge| ((edge - path.here.speed) / (path.velocity - edge)).ln_1p());
-            if to_edge.is_some_and(|to_edge| !(to_edge > T::zero())) {
+            // ln(g/w).
+            let to_rest = falls.then(|| (-path.here.speed / path.velocity).ln_1p());
+            if to_rest.is_some_and(|to_rest| !(to_rest > T::zero())) {
                 return;
             }
             path.pieces += 1;
             let slope = damping + path.here.mu_slope;
             let guess = stiffness * path.left / slope.larger(T::zero());
             let length = reach.smaller(wanted.take().unwrap_or(guess));
-            // The derivative of a dual number comes with the last correction, or with the edge.
-            let last = to_edge.filter(|&to_edge| to_edge <= length);
+            // The derivative of a dual number comes with the last correction, or at rest.
+            let last = to_rest.filter(|&to_rest| to_rest <= length);
             let length = last.unwrap_or_else(|| lit(to_f64(length)));
-            let piece = self.piece(path, length, edge.filter(|_| last.is_some()));
+            let piece = self.piece(path, length, last.is_some());
             let allowed = accuracy * piece.end.mu;
             // The rule is of sixth order.
             let share = allowed / (piece.error + allowed * lit(1e-3));
@@ -246,8 +244,8 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
         path.deflection = path.direction * (path.here.mu - damping * path.gap) / stiffness;
     }
 
-    /// A piece of Λ of some length, which ends at a known speed or not.
-    fn piece(&self, path: &Path<T>, length: T, speed: Option<T>) -> Piece<T> {
+    /// A piece of Λ of some length, to where the tip rests or not.
+    fn piece(&self, path: &Path<T>, length: T, to_rest: bool) -> Piece<T> {
         let (stiffness, damping) = (self.stiffness, self.damping);
         let (gap, here, w) = (path.gap, path.here, path.velocity);
         // u − u₀ = g₀ (1 − e^−Λ), and u from the end where it keeps its digits.
@@ -256,10 +254,8 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
             let (way, kept) = (-gap * (-length).exp_m1(), gap * (-length).exp());
             (way, kept, if falls { w - kept } else { here.speed + way })
         };
-        let (way, gap_there, there) = match speed {
-            Some(speed) => (speed - here.speed, w - speed, speed),
-            None => at(length),
-        };
+        let (way, gap_there, there) =
+            if to_rest { (-here.speed, w, T::zero()) } else { at(length) };
         let end = self.surface(path.branch, there);
         let nodes = NODES.map(|(node, weight)| {
             let (_, gap, speed) = at(length * lit(node));

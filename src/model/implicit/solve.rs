@@ -51,8 +51,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
     /// The surface at a tip speed in one direction.
     #[inline]
     pub(super) fn surface(&self, branch: Branch, speed: T) -> UnderTip<T> {
-        let velocity = if branch == Branch::Backward { -speed } else { speed };
-        let surface = Surface::scaled(branch.of(velocity), self.scale);
+        let surface = Surface::scaled(branch.at_speed(speed), self.scale);
         let (mu, slope) = surface.friction_and_slope(self.curve);
         // By the speed: the slope comes with the sign of the direction.
         UnderTip { speed, mu, mu_slope: slope * surface.direction() }

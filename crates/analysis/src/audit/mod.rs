@@ -56,8 +56,7 @@ use crate::step_limits::{self, Scheme, StepLimits, Swing};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
-pub struct AuditParameters<T> {
+pub struct AuditParameters<T: Scalar> {
     /// Largest speed \|v\| [m/s] that occurs, positive and finite.
     pub fastest: T,
     /// The mechanism that the contact holds or brakes.
@@ -176,7 +175,7 @@ pub struct StuckMass<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Audit<T> {
+pub struct Audit<T: Scalar> {
     /// What was asked.
     pub parameters: AuditParameters<T>,
     /// Normal force p \[N\].

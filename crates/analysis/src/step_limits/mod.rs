@@ -303,8 +303,7 @@ fn breakaway_velocity<T: Scalar, M: Bristle<T, Deflection = T>>(
     branch: Branch,
     fastest: T,
 ) -> T {
-    let signed = |speed: T| if branch == Branch::Backward { -speed } else { speed };
-    let deflection = |speed: T| contact.stationary(branch.of(signed(speed))).abs();
+    let deflection = |speed: T| contact.stationary(branch.at_speed(speed)).abs();
     if !(deflection(T::zero()) <= T::zero()) {
         return T::zero();
     }
@@ -315,7 +314,7 @@ fn breakaway_velocity<T: Scalar, M: Bristle<T, Deflection = T>>(
     while speed < end && !(deflection(speed + speed) < deflection(speed) * lit(1.01)) {
         speed += speed;
     }
-    signed(speed)
+    branch.at_speed(speed).velocity()
 }
 
 /// The smaller of two limits; `None` is no limit.

@@ -27,7 +27,7 @@ use crate::band;
 use crate::contacts::{ContactState, Inputs, Step};
 use crate::mechanism::LinearMechanism;
 use crate::rows::{Rows, along};
-use crate::step::{Motion, Parts, check_count, check_length, forwards};
+use crate::step::{Motion, Parts, check_length, forwards};
 use bristle::Scalar;
 use bristle::companion::Companion;
 use bristle::parameter::ParameterError;
@@ -101,7 +101,7 @@ where
         contacts: &[ContactAdjoint<T>],
         gradient: &[T],
     ) -> Result<(), ParameterError> {
-        check_count::<T>("derivatives by contacts", contacts.len(), self.rows.contacts())?;
+        check_length("derivatives by contacts", contacts, self.rows.contacts())?;
         check_length("entries of the gradient", gradient, M::PARAMETERS * companions.len())
     }
 }

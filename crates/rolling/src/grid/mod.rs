@@ -39,7 +39,7 @@ use nalgebra::{SVector, Vector1};
 use super::{Motion, Patch, Pressure};
 use crate::exact::slipped;
 use crate::patch::of_velocity;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::{Affine, Bristle, Contact, Reloaded, Scalar, Surface};
@@ -316,8 +316,7 @@ impl<T: Scalar> Mesh<T> {
         patch: &Patch<T, M, P>,
         cells: usize,
     ) -> Result<Self, ParameterError> {
-        let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
-        Named("cells", cells as f64).check((1..=MOST_CELLS).contains(&cells), rule)?;
+        Named("cells", cells).count_between(1, MOST_CELLS)?;
         let width = T::one() / lit(cells as f64);
         let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * width).collect();
         places.push(T::one());

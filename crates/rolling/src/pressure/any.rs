@@ -23,10 +23,8 @@ use bristle::signal::{Polyline, Vertex};
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
-#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
-pub enum AnyPressure<T> {
+pub enum AnyPressure<T: Scalar> {
     /// c₀ e^(−aξ): constant for a = 0.
     Exponential(PolynomialExponential<T, 1>),
     /// e^(−aξ) (c₀ + c₁ ξ + c₂ ξ²): parabolic with c = 0, 6, −6 and a = 0.
@@ -70,7 +68,7 @@ impl<T: Scalar> Pressure<T> for AnyPressure<T> {
 /// From a pressure of each type.
 macro_rules! holds {
     ($($variant:ident($pressure:ty))*) => {
-        $(impl<T> From<$pressure> for AnyPressure<T> {
+        $(impl<T: Scalar> From<$pressure> for AnyPressure<T> {
             fn from(pressure: $pressure) -> Self {
                 Self::$variant(pressure)
             }

@@ -141,8 +141,7 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     /// negative somewhere in the patch, and more coefficients than 12 or none.
     pub fn new(parameters: PolynomialExponentialParameters<T, N>) -> Result<Self, ParameterError> {
         let PolynomialExponentialParameters { coefficients, decay } = parameters;
-        let rule = Rule::CountBetween { least: 1, most: MOST_COEFFICIENTS };
-        Named("coefficients", N as f64).check((1..=MOST_COEFFICIENTS).contains(&N), rule)?;
+        Named("coefficients", N).count_between(1, MOST_COEFFICIENTS)?;
         for (index, &coefficient) in coefficients.iter().enumerate() {
             ParameterError::of_component(index, Named("coefficients", coefficient).finite())?;
         }
