@@ -9,6 +9,7 @@
 //! |---|---|
 //! | the model | [`MaxwellSlip`], a [`Bristle`](bristle::Bristle) with a vector deflection |
 //! | its elements from a first loading | [`virgin::bends`], [`virgin::fit`] |
+//! | its elements from a record of loops | [`record::fit`] |
 //! | elements with a sharp yield, one step | [`MaxwellSlip::sharp_step`] |
 //! | a stiffness that follows the load | [`MaxwellSlip::following_load`] |
 //!
@@ -32,6 +33,7 @@
 mod maxwell_slip;
 mod non_negative;
 mod parallel;
+pub mod record;
 pub mod virgin;
 
 pub use maxwell_slip::{

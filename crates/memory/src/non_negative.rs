@@ -19,8 +19,11 @@ pub(crate) fn minimise<T: Scalar, const N: usize>(
     matrix: &SMatrix<T, N, N>,
     right: &SVector<T, N>,
 ) -> SVector<T, N> {
-    // In units in which the diagonal is one.
-    let unit = SVector::<T, N>::from_fn(|i, _| T::one() / matrix[(i, i)].sqrt());
+    // In units in which the diagonal is one; zero, where there is nothing to choose.
+    let unit = SVector::<T, N>::from_fn(|i, _| {
+        let diagonal = matrix[(i, i)];
+        if diagonal > T::zero() { T::one() / diagonal.sqrt() } else { T::zero() }
+    });
     let matrix = SMatrix::from_fn(|i, j| matrix[(i, j)] * unit[i] * unit[j]);
     let right = right.component_mul(&unit);
     let rounding = lit::<T>(64.0) * T::default_epsilon() * right.amax();

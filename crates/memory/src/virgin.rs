@@ -84,14 +84,8 @@ pub fn fit<T: Scalar, const N: usize>(
     points: &[VirginPoint<T>],
     yield_lengths: [T; N],
 ) -> Result<[Element<T>; N], ParameterError> {
-    Named("yield_lengths", N).count(1)?;
+    increasing(&yield_lengths)?;
     Named("points", points.len()).count(1)?;
-    let mut before = T::zero();
-    for (i, &length) in yield_lengths.iter().enumerate() {
-        let length = Named("yield_lengths", length);
-        let increasing = length.positive().and(length.increasing(before));
-        before = ParameterError::of_component(i, increasing)?;
-    }
     let (mut matrix, mut right) = (SMatrix::<T, N, N>::zeros(), SVector::<T, N>::zeros());
     for (i, point) in points.iter().enumerate() {
         ParameterError::of_component(i, checked(point, T::zero()))?;
@@ -99,11 +93,25 @@ pub fn fit<T: Scalar, const N: usize>(
         matrix += row * row.transpose();
         right += row * point.coefficient;
     }
-    let stiffness = minimise(&matrix, &right);
-    Ok(core::array::from_fn(|i| Element {
-        stiffness: stiffness[i],
-        yield_length: yield_lengths[i],
-    }))
+    Ok(elements(minimise(&matrix, &right), yield_lengths))
+}
+
+pub(crate) fn elements<T: Scalar, const N: usize>(
+    stiffness: SVector<T, N>,
+    yield_lengths: [T; N],
+) -> [Element<T>; N] {
+    core::array::from_fn(|i| Element { stiffness: stiffness[i], yield_length: yield_lengths[i] })
+}
+
+pub(crate) fn increasing<T: Scalar>(yield_lengths: &[T]) -> Result<(), ParameterError> {
+    Named("yield_lengths", yield_lengths.len()).count(1)?;
+    let mut before = T::zero();
+    for (i, &length) in yield_lengths.iter().enumerate() {
+        let length = Named("yield_lengths", length);
+        let increasing = length.positive().and(length.increasing(before));
+        before = ParameterError::of_component(i, increasing)?;
+    }
+    Ok(())
 }
 
 fn checked<T: Scalar>(point: &VirginPoint<T>, before: T) -> Result<T, ParameterError> {

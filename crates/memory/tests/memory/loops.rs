@@ -3,7 +3,7 @@
 //! 50 loops 80 → 60 → 80.
 
 use bristle::{Bristle, Dahl, DahlParameters};
-use bristle_memory::{MaxwellSlip, MaxwellSlipParameters, Parallel};
+use bristle_memory::{Element, MaxwellSlip, MaxwellSlipParameters, Parallel};
 
 use super::{coulomb, even, slip, zeros};
 
@@ -59,8 +59,25 @@ fn one_deflection_forgets() {
 }
 
 #[test]
+fn ten_deflections_that_are_plastic_from_the_beginning_forget_as_well() {
+    let ten = even::<10>().map(|Element { stiffness, yield_length }| {
+        let dynamic_coefficient = stiffness * yield_length;
+        Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness: stiffness }).unwrap()
+    });
+    let step = |mut z: [f64; 10], displacement: f64| {
+        let mut force = 0.0;
+        for (z, model) in z.iter_mut().zip(&ten) {
+            let held = model.hold(displacement, *z, 1.0);
+            (*z, force) = (held.deflection, force + held.end_coefficient);
+        }
+        (z, force)
+    };
+    same(figures([0.0; 10], step), [-0.219, 0.486, 0.097], 6e-4);
+}
+
+#[test]
 fn one_elasto_plastic_element_forgets_less() {
-    let element = bristle_memory::Element { stiffness: 1e4, yield_length: 1e-4 };
+    let element = Element { stiffness: 1e4, yield_length: 1e-4 };
     let model = MaxwellSlip::new(MaxwellSlipParameters {
         curve: coulomb(),
         elements: [element],

@@ -5,6 +5,7 @@
 mod laws;
 mod loads;
 mod loops;
+mod record;
 mod virgin_curve;
 
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
