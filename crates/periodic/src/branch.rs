@@ -11,9 +11,19 @@
 //! | s | step along the tangent | – |
 //!
 //! The branch runs through folds, where p turns back, as if they were not there: it is followed in
-//! s. A fold is a zero of the component t_p, where a multiplier μ passes 1; a crossing of branches
-//! one of ∏(1 − μ) elsewhere; a flip (period doubling) one of ∏(1 + μ). They are found by false
-//! position.
+//! s. What is special is a zero of a test function, found by false position:
+//!
+//! | special point | zero of |
+//! |---|---|
+//! | fold | t_p; a multiplier μ passes 1 |
+//! | flip (period doubling) | ∏(1 + μ) |
+//! | crossing of branches | ∏(1 − μ), where t_p is not zero |
+//! | torus (Neimark–Sacker) | ∏(1 − μᵢ μⱼ) over pairs, of a complex pair |
+//! | Hopf | f(x₀) along the rate before: the cycle shrinks to a point and turns over |
+//!
+//! Cycles that are odd, x(t + T/2) = −x(t), of systems that are, are followed over half a period,
+//! from x₀ to −x₀, with multipliers ν, μ = ν². There another branch crosses where a ν passes −1,
+//! and nothing is singular.
 //!
 //! Source: H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems"
 //! (1977); A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 6.1.
@@ -24,11 +34,12 @@ use bristle::ode::System;
 use bristle::parameter::{Named, ParameterError};
 use nalgebra::{Complex, DMatrix, DVector, SVector};
 
-use crate::flow::{Flow, end, flow};
+use crate::flow::{Flow, Runs};
 use crate::shooting::{
-    Newton, checked_scales, free_equations, identity, orbit, scaled_rate, solve,
+    Newton, SMALLEST, checked_scales, free_equations, identity, orbit, scaled_rate, solve,
+    time_of_return,
 };
-use crate::{Guess, Orbit, PeriodicError, Shooting};
+use crate::{Guess, Multiplier, Orbit, PeriodicError, Shooting};
 
 /// How a branch is followed.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,9 +97,14 @@ pub enum PointKind {
     Fold,
     /// A motion of twice the period branches off.
     Flip,
-    /// Another branch crosses: a symmetric motion becomes one of two that are not. Newton's
-    /// equations are singular there, so it is located to 10⁻³ of the parameter only.
+    /// Another branch crosses: an odd motion becomes one of two that are not, as well located as a
+    /// fold. Any other crossing to 10⁻³ of the parameter: Newton's equations are singular there.
     Crossing,
+    /// A motion with a second frequency branches off (Neimark–Sacker): a pair of complex
+    /// multipliers passes the unit circle.
+    Torus,
+    /// The cycle shrinks to an equilibrium, where a pair of its poles passes the imaginary axis.
+    Hopf,
 }
 
 /// A point of a branch.
@@ -110,6 +126,8 @@ pub enum BranchEnd {
     Range,
     /// It has as many points as were allowed.
     Points,
+    /// Its cycle has shrunk to an equilibrium, at its last point.
+    Equilibrium,
     /// Its motions lose their stability, and only stable ones were asked for.
     Unstable,
     /// No shorter step finds a next point: why the last trial failed.
@@ -126,7 +144,7 @@ pub struct OrbitBranch<const N: usize> {
 }
 
 impl<const N: usize> OrbitBranch<N> {
-    /// The folds, flips and crossings.
+    /// The points that are not regular.
     pub fn special(&self) -> impl Iterator<Item = &BranchPoint<N>> {
         self.points.iter().filter(|point| point.kind != PointKind::Regular)
     }
@@ -145,6 +163,10 @@ struct Found<const N: usize> {
     orbit: Orbit<N>,
     /// In x₀, T and p.
     tangent: DVector<f64>,
+    /// f(x₀) over the scales [1/s].
+    rate: SVector<f64, N>,
+    /// How far the motion goes from x₀, over the scales.
+    extent: f64,
     /// How far the point lies from its prediction.
     off: f64,
 }
@@ -156,7 +178,8 @@ type Forced<'a> = Option<&'a dyn Fn(f64) -> f64>;
 struct Problem<'a, F, const N: usize, const K: usize> {
     system: F,
     period: Forced<'a>,
-    shooting: Shooting,
+    runs: Runs,
+    most_iterations: usize,
     scales: SVector<f64, N>,
     width: f64,
 }
@@ -204,17 +227,22 @@ impl Continuation {
     ) -> Result<OrbitBranch<N>, PeriodicError> {
         let width = self.checked()?;
         let scales = checked_scales(system(parameter)?.scales())?;
-        let problem: Problem<'_, _, N, K> =
-            Problem { system, period, shooting: self.shooting, scales, width };
+        let (runs, most_iterations) = (self.shooting.runs()?, self.shooting.most_iterations);
+        let mut problem: Problem<'_, _, N, K> =
+            Problem { system, period, runs, most_iterations, scales, width };
         let start = Unknowns { guess, parameter: parameter / width };
         let upwards = DVector::from_fn(N + 2, |i, _| if i > N { 1.0 } else { 0.0 });
         let mut at = problem.correct(&start, &upwards, 0.0)?;
+        if let Some(half) = problem.half(&at)? {
+            problem.runs.sign = -1.0;
+            at = problem.correct(&half, &upwards, 0.0)?;
+        }
         if at.tangent[N + 1] * self.first_step < 0.0 {
             at.tangent *= -1.0;
         }
         let first = (self.first_step / width / at.tangent[N + 1]).abs();
         let mut step = first.min(self.largest_step);
-        let mut points = vec![at.point(width, PointKind::Regular)];
+        let mut points = vec![problem.point(&at, PointKind::Regular)];
         let end = loop {
             if points.len() >= self.most_points {
                 break BranchEnd::Points;
@@ -222,26 +250,28 @@ impl Continuation {
             let next = match problem.correct(&at.unknowns, &at.tangent, step) {
                 // Not onto another part of the branch.
                 Ok(next) if next.off <= MOST_OFF * step => next,
+                Err(error @ PeriodicError::TooManySteps { .. }) => break BranchEnd::Lost(error),
                 _ if step > SHORTEST => {
                     step *= 0.5;
                     continue;
                 }
                 Ok(next) => {
-                    let correction = next.off / step;
-                    let iterations = self.shooting.most_iterations;
+                    let (iterations, correction) = (most_iterations, next.off / step);
                     break BranchEnd::Lost(PeriodicError::NotConverged { iterations, correction });
                 }
                 Err(error) => break BranchEnd::Lost(error),
             };
             points.extend(problem.special(&at, &next, step));
-            let parameter = next.unknowns.parameter * width;
-            if !self.range.contains(&parameter) {
+            if points.last().is_some_and(|it| it.kind == PointKind::Hopf) {
+                break BranchEnd::Equilibrium;
+            }
+            if !self.range.contains(&(next.unknowns.parameter * width)) {
                 break BranchEnd::Range;
             }
             if self.stable_only && !next.orbit.is_stable() {
                 break BranchEnd::Unstable;
             }
-            points.push(next.point(width, PointKind::Regular));
+            points.push(problem.point(&next, PointKind::Regular));
             step = (step * GROWTH).min(self.largest_step);
             at = next;
         };
@@ -267,21 +297,39 @@ const SHORTEST: f64 = 3e-6;
 /// digits of a run.
 const DIFFERENCE: f64 = 1e-6;
 
+/// What can be special, in the order in which it is looked for: at a Hopf point the branch turns
+/// back, too, and at a fold a multiplier passes 1.
+const KINDS: [PointKind; 5] =
+    [PointKind::Hopf, PointKind::Fold, PointKind::Flip, PointKind::Crossing, PointKind::Torus];
+
 impl<const N: usize> Found<N> {
-    fn point(&self, width: f64, kind: PointKind) -> BranchPoint<N> {
-        BranchPoint { parameter: self.unknowns.parameter * width, orbit: self.orbit, kind }
+    /// What vanishes at a special point between this one and another.
+    fn test(&self, kind: PointKind, other: &Self) -> f64 {
+        let across: Vec<_> = self.orbit.transverse().iter().map(Multiplier::value).collect();
+        let one = Complex::from(1.0);
+        let product: Complex<f64> = match kind {
+            PointKind::Hopf => return self.rate.dot(&other.rate) / other.rate.norm_squared(),
+            PointKind::Flip => across.iter().map(|it| one + it).product(),
+            PointKind::Crossing => across.iter().map(|it| one - it).product(),
+            PointKind::Torus => {
+                let pairs = across.iter().enumerate();
+                pairs.flat_map(|(i, a)| across[..i].iter().map(move |b| one - a * b)).product()
+            }
+            _ => return self.tangent[N + 1],
+        };
+        product.re
     }
 
-    /// What vanishes at a fold, and at a flip.
-    fn test(&self, kind: PointKind) -> f64 {
-        let product = |sign: f64| {
-            let all = self.orbit.transverse().into_iter().map(|it| it.value() * sign + 1.0);
-            all.product::<Complex<f64>>().re
-        };
+    /// Whether a zero of a test function is what it looks for.
+    fn is(&self, kind: PointKind, step: f64) -> bool {
         match kind {
-            PointKind::Flip => product(1.0),
-            PointKind::Crossing => product(-1.0),
-            _ => self.tangent[N + 1],
+            PointKind::Hopf => !self.orbit.forced && self.extent < step,
+            // Two real multipliers whose product is one are nothing.
+            PointKind::Torus => {
+                let complex = |it: &Multiplier| it.angle.sin().abs() > 1e-6;
+                self.orbit.transverse().iter().any(|it| complex(it) && it.log_modulus.abs() < 1e-3)
+            }
+            _ => true,
         }
     }
 }
@@ -301,18 +349,20 @@ where
         let mut at = *from;
         at.add(&(tangent * step), &self.scales);
         let predicted = at;
-        let mut newton = Newton::new(self.shooting.most_iterations, CLOSE);
+        let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
             let system = (self.system)(at.parameter * self.width)?;
             at.guess.period = self.period_at(&system, at.parameter, &at.guess)?;
-            let run =
-                flow(&system, (0.0, at.guess.state), at.guess.period, self.shooting.tolerance)?;
+            let run = self.runs.flow(&system, (0.0, at.guess.state), at.guess.period)?;
             let (mut matrix, mut right) = self.equations(&system, &at, &run)?;
             for i in (0..N + 2).filter(|&i| i != N) {
                 matrix[(N + 1, i)] = tangent[i];
             }
             let correction = solve(matrix.clone(), &right)?;
             if newton.is_over(correction.norm())? {
+                if self.period.is_none() && !(run.extent > SMALLEST) {
+                    return Err(PeriodicError::Equilibrium);
+                }
                 right.fill(0.0);
                 right[N + 1] = 1.0;
                 let tangent = unit(solve(matrix, &right)?);
@@ -320,7 +370,8 @@ where
                 let orbit = orbit(&run, (0.0, at.guess.state), at.guess.period, forced)?;
                 let off = (at.guess.state - predicted.guess.state).component_div(&self.scales);
                 let off = off.norm().hypot(at.parameter - predicted.parameter);
-                return Ok(Found { unknowns: at, orbit, tangent, off });
+                let rate = scaled_rate(&system, &self.scales, 0.0, &at.guess.state);
+                return Ok(Found { unknowns: at, orbit, tangent, rate, extent: run.extent, off });
             }
             // The plane across the tangent is kept, as each correction lies in it.
             at.add(&(&correction * newton.share(correction.norm(), 1.0)), &self.scales);
@@ -336,7 +387,7 @@ where
     ) -> Result<f64, PeriodicError> {
         match self.period {
             Some(forced) => Ok(forced(parameter * self.width)),
-            None => self.shooting.time_of_return(system, &self.scales, guess),
+            None => time_of_return(&self.runs, system, &self.scales, guess),
         }
     }
 
@@ -354,7 +405,7 @@ where
         let other = (self.system)(beside * self.width)?;
         let Guess { state, period } = at.guess;
         let later = self.period_at(&other, beside, &at.guess)?;
-        let moved = end(&other, (0.0, state), later, self.shooting.tolerance)? - run.end;
+        let moved = self.runs.end(&other, (0.0, state), later)? - run.end;
         let at_end = scaled_rate(system, &self.scales, period, &run.end) * period;
         // ∂T/∂p over T: the end is followed to where the motion returns, which is less curved.
         let slower = (later / period - 1.0) / DIFFERENCE;
@@ -370,13 +421,59 @@ where
         Ok((matrix, right))
     }
 
-    /// The first of the folds, flips and crossings between two points.
+    /// The unknowns over half a period, of an odd cycle of an odd system.
+    fn half(&self, found: &Found<N>) -> Result<Option<Unknowns<N>>, PeriodicError> {
+        let Unknowns { guess: Guess { state, period }, parameter } = found.unknowns;
+        let system = (self.system)(parameter * self.width)?;
+        if self.period.is_some() {
+            return Ok(None);
+        }
+        let middle = self.runs.end(&system, (0.0, state), 0.5 * period)?;
+        let rate = |state: &SVector<f64, N>| scaled_rate(&system, &self.scales, 0.0, state);
+        let is_odd = |state: SVector<f64, N>| {
+            (rate(&state) + rate(&-state)).norm() <= 1e-9 * rate(&state).norm()
+        };
+        let apart = (middle + state).component_div(&self.scales).norm();
+        // Of points that are found to 3e-8.
+        let half = apart < 1e-5 && is_odd(state) && is_odd(0.5 * state);
+        let guess = Guess { state, period: 0.5 * period };
+        Ok(half.then_some(Unknowns { guess, parameter }))
+    }
+
+    /// A point over the whole period.
+    fn point(&self, found: &Found<N>, kind: PointKind) -> BranchPoint<N> {
+        let is_half = self.runs.sign < 0.0;
+        let orbit = if is_half { found.orbit.doubled() } else { found.orbit };
+        // After −1 over half a period, 1 over the whole.
+        let kind = if is_half && kind == PointKind::Flip { PointKind::Crossing } else { kind };
+        BranchPoint { parameter: found.unknowns.parameter * self.width, orbit, kind }
+    }
+
+    /// What is special between two points, the first kind of it.
     fn special(&self, from: &Found<N>, to: &Found<N>, step: f64) -> Option<BranchPoint<N>> {
-        let kinds = [PointKind::Fold, PointKind::Flip, PointKind::Crossing];
-        let kind = kinds.into_iter().find(|&kind| from.test(kind) * to.test(kind) < 0.0)?;
-        let end = |at: f64, found: &Found<N>| (at, found.test(kind), found.unknowns.parameter);
+        KINDS.into_iter().find_map(|kind| self.locate(kind, from, to, step))
+    }
+
+    /// The zero of a test function between two points.
+    fn locate(
+        &self,
+        kind: PointKind,
+        from: &Found<N>,
+        to: &Found<N>,
+        step: f64,
+    ) -> Option<BranchPoint<N>> {
+        let end = |at: f64, it: &Found<N>| (at, it.test(kind, from), it.unknowns.parameter);
         let (mut low, mut high) = (end(0.0, from), end(step, to));
-        let mut point = to.point(self.width, kind);
+        if !(low.1 * high.1 < 0.0) {
+            return None;
+        }
+        let enough = match kind {
+            PointKind::Crossing => 1e-2,
+            PointKind::Hopf => 1e-3,
+            _ => 1e-9,
+        };
+        let mut point = self.point(to, kind);
+        let mut is = to.is(kind, step);
         for _ in 0..20 {
             let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             // Where branches cross, Newton's equations are singular: beside it, then.
@@ -390,8 +487,7 @@ where
             } else {
                 (high, low.1) = (new, 0.5 * low.1);
             }
-            point = found.point(self.width, kind);
-            let enough = if kind == PointKind::Crossing { 1e-2 } else { 1e-9 };
+            (point, is) = (self.point(&found, kind), found.is(kind, step));
             if new.1.abs() < 1e-7 || high.0 - low.0 < enough * step {
                 break;
             }
@@ -400,7 +496,7 @@ where
             let parameter = (low.2 * high.1 - high.2 * low.1) / (high.1 - low.1);
             point.parameter = parameter * self.width;
         }
-        Some(point)
+        is.then_some(point)
     }
 }
 

@@ -19,6 +19,12 @@ pub enum PeriodicError {
         /// Why.
         reason: StopReason,
     },
+    /// The limit on the steps of all runs of a search is used up.
+    #[error("the limit of {limit} steps for all runs is used up: see Shooting::most_steps")]
+    TooManySteps {
+        /// The limit.
+        limit: u64,
+    },
     /// The system gives no derivatives, which the multipliers are made of.
     #[error("the system gives no derivatives: write its `linearised`")]
     NoDerivatives,

@@ -20,15 +20,17 @@
 //! Source: S. Blanes, F. Casas, J. A. Oteo, J. Ros, "The Magnus expansion and some of its
 //! applications", Physics Reports 470 (2009), section 5.4.
 
+use core::cell::Cell;
+use core::ops::ControlFlow;
+
 use bristle::Branch;
-use bristle::ode::{Automatic, Solver, Step, System, Tolerances};
+use bristle::ode::{
+    Automatic, Event, Failure, Observer, Occurrence, Solver, Step, StopReason, System, Tolerances,
+};
 use bristle::parameter::Named;
 use nalgebra::{SMatrix, SVector};
 
 use crate::PeriodicError;
-
-/// Steps of a run, at most: a run that needs more is refused rather than waited for.
-const MOST_STEPS: u64 = 1_000_000;
 
 /// Parts of a step, at most.
 const MOST_PARTS: f64 = 1e4;
@@ -49,7 +51,7 @@ const TERMS: u32 = 17;
 pub(crate) struct Flow<const N: usize> {
     /// The state at the end.
     pub(crate) end: SVector<f64, N>,
-    /// The factors of Φ, the first first, in units of the scales.
+    /// The factors of Φ, the first first, in units of the scales; the last with the sign of the runs.
     pub(crate) factors: Vec<SMatrix<f64, N, N>>,
     /// How far the run went from its start, over the scales.
     pub(crate) extent: f64,
@@ -62,46 +64,116 @@ impl<const N: usize> Flow<N> {
     }
 }
 
-/// A run over a duration > 0 with its derivatives; `tolerance` is that of a step.
-pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
-    system: &S,
-    (start_time, start): (f64, SVector<f64, N>),
-    duration: f64,
+/// The runs of a search: from a state until the motion comes back, or comes to the mirror image of
+/// that state, x(T/2) = −x(0).
+#[derive(Debug, Clone)]
+pub(crate) struct Runs {
     tolerance: f64,
-) -> Result<Flow<N>, PeriodicError> {
-    let scales = system.scales();
-    let solver = solver(scales, tolerance, duration)?;
-    let mut run = solver.begin(system, start_time..start_time + duration, start)?;
-    let (mut factors, mut extent) = (Factors { list: Vec::new(), turned: 0.0 }, 0.0);
-    while let Some(step) = run.advance()? {
-        extent = f64::max(extent, (step.end() - start).component_div(&scales).norm());
-        append(system, &step, &scales, &mut factors)?;
+    /// By what the end of a run is multiplied: −1 in a mirror, else 1.
+    pub(crate) sign: f64,
+    most: u64,
+    /// Steps that may still be taken.
+    left: Cell<u64>,
+}
+
+impl Runs {
+    /// Runs with a tolerance of a step and a limit on the steps of all of them.
+    pub(crate) fn new(tolerance: f64, most: u64) -> Self {
+        Self { tolerance, sign: 1.0, most, left: Cell::new(most) }
     }
-    Ok(Flow { end: *run.state(), factors: factors.list, extent })
+
+    /// A run over a duration > 0; answers with its last state.
+    fn stream<S: System<f64, N, K>, O: Observer<f64, N>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        (start_time, start): (f64, SVector<f64, N>),
+        duration: f64,
+        events: &[Event<'_, f64, N>],
+        observer: &mut O,
+    ) -> Result<SVector<f64, N>, PeriodicError> {
+        Named("period", duration).positive()?;
+        let tolerances = Tolerances::scaled(self.tolerance, system.scales())?;
+        let left = self.left.get();
+        let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(left);
+        let run = solver.stream(system, start_time..start_time + duration, start, events, observer);
+        let taken = run.as_ref().map_or_else(|it| it.statistics, |it| it.statistics);
+        self.left.set(left.saturating_sub(taken.steps + taken.rejected));
+        match run {
+            Err(Failure { reason: StopReason::TooManySteps { .. }, .. }) => {
+                self.left.set(0);
+                Err(PeriodicError::TooManySteps { limit: self.most })
+            }
+            run => Ok(run?.state),
+        }
+    }
+
+    /// A run with its derivatives.
+    pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        start: (f64, SVector<f64, N>),
+        duration: f64,
+    ) -> Result<Flow<N>, PeriodicError> {
+        let scales = system.scales();
+        let (mut factors, mut extent) = (Factors { list: Vec::new(), turned: 0.0 }, 0.0);
+        let mut failed = None;
+        let end = self.stream(system, start, duration, &[], &mut |step: &Step<f64, N>| {
+            extent = f64::max(extent, (step.end() - start.1).component_div(&scales).norm());
+            failed = append(system, step, &scales, &mut factors).err();
+            if failed.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })?;
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let mut factors = factors.list;
+        if let Some(last) = factors.last_mut() {
+            *last *= self.sign;
+        }
+        Ok(Flow { end: end * self.sign, factors, extent })
+    }
+
+    /// The end of a run.
+    pub(crate) fn end<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        start: (f64, SVector<f64, N>),
+        duration: f64,
+    ) -> Result<SVector<f64, N>, PeriodicError> {
+        let mut passages = Passages(Vec::new());
+        Ok(self.stream(system, start, duration, &[], &mut passages)? * self.sign)
+    }
+
+    /// The passages of a run from t = 0 through a section.
+    pub(crate) fn passages<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        start: SVector<f64, N>,
+        duration: f64,
+        section: &Event<'_, f64, N>,
+    ) -> Result<Vec<(f64, SVector<f64, N>)>, PeriodicError> {
+        let mut passages = Passages(Vec::new());
+        let section = [Event { stops: false, ..*section }];
+        self.stream(system, (0.0, start), duration, &section, &mut passages)?;
+        Ok(passages.0)
+    }
 }
 
-/// The end of a run without its derivatives.
-pub(crate) fn end<S: System<f64, N, K>, const N: usize, const K: usize>(
-    system: &S,
-    (start_time, start): (f64, SVector<f64, N>),
-    duration: f64,
-    tolerance: f64,
-) -> Result<SVector<f64, N>, PeriodicError> {
-    let solver = solver(system.scales(), tolerance, duration)?;
-    let mut run = solver.begin(system, start_time..start_time + duration, start)?;
-    while run.advance()?.is_some() {}
-    Ok(*run.state())
-}
+/// Times and states of the passages through a section.
+struct Passages<const N: usize>(Vec<(f64, SVector<f64, N>)>);
 
-/// Steps to a tolerance over a duration > 0.
-pub(crate) fn solver<const N: usize>(
-    scales: SVector<f64, N>,
-    tolerance: f64,
-    duration: f64,
-) -> Result<Solver<f64, Automatic, N>, PeriodicError> {
-    Named("period", duration).positive()?;
-    let tolerances = Tolerances::scaled(tolerance, scales)?;
-    Ok(Solver::adaptive(Automatic, tolerances).with_most_steps(MOST_STEPS))
+impl<const N: usize> Observer<f64, N> for Passages<N> {
+    fn step(&mut self, _: &Step<f64, N>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn needs_dense_output(&self, _: f64, _: f64) -> bool {
+        false
+    }
+
+    fn event(&mut self, occurrence: &Occurrence<f64, N>) -> ControlFlow<()> {
+        self.0.push((occurrence.time, occurrence.state));
+        ControlFlow::Continue(())
+    }
 }
 
 /// The factors of Φ, the first first.

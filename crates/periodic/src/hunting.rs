@@ -300,8 +300,10 @@ impl HuntingReport {
 
 impl fmt::Display for HuntingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = |abscissa: f64, [below, above]: [&'static str; 2]| {
-            if abscissa < 0.0 { below } else { above }
+        let verdict = |abscissa: f64, [below, above]: [&'static str; 2]| match abscissa {
+            0.0 => "neutral",
+            below_zero if below_zero < 0.0 => below,
+            _ => above,
         };
         let Self { rest_abscissa: rest, large_abscissa: large, outcomes, cycle } = self;
         if let Some(rest) = rest {
@@ -321,7 +323,8 @@ impl fmt::Display for HuntingReport {
             }
         }
         let Some((cycle, multipliers)) = cycle else { return Ok(()) };
-        let slowest = multipliers.first().map_or(f64::NEG_INFINITY, |it| it.log_modulus);
+        let slowest = multipliers.first().filter(|it| !it.is_neutral());
+        let slowest = slowest.map_or(0.0, |it| it.log_modulus);
         let stable = verdict(slowest, ["stable", "unstable"]);
         writeln!(f, "its cycle      {cycle}, {stable}: multiplier {:.6}", slowest.exp())
     }
@@ -373,7 +376,10 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
     Ok(HuntingReport { rest_abscissa, large_abscissa, outcomes, cycle })
 }
 
-/// Largest real parts about rest, and without friction [1/s].
+/// A real part below this share of the largest pole is zero: eigenvalues have some 10⁻¹⁵ of it.
+const ROUNDINGS: f64 = 1e-12;
+
+/// Largest real parts about rest, and without friction [1/s]; zero within roundings.
 fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
     system: &ControlLoop<M, N>,
 ) -> Result<(f64, f64), ParameterError> {
@@ -393,7 +399,9 @@ fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
     // A mass rests at any deflection that the controller balances: one pole is zero.
     about_rest.sort_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
     let largest = |all: &[nalgebra::Complex<f64>]| {
-        all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max)
+        let real = all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
+        let size = all.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+        if real.abs() <= ROUNDINGS * size { 0.0 } else { real }
     };
     let large = poles(*system.frictionless(), if integrates { &[2] } else { &[2, 3] })?;
     Ok((largest(&about_rest[1..]), largest(&large)))

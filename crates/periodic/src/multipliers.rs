@@ -16,6 +16,8 @@
 //! Source: A. W. Bojanczyk, G. H. Golub, P. Van Dooren, "The periodic Schur decomposition" (SPIE
 //! 1770, 1992); here by simultaneous iteration instead of chased bulges.
 
+use core::f64::consts::PI;
+
 use nalgebra::{Complex, DMatrix, SMatrix, Schur};
 
 /// Passes over the factors, at most: they separate multipliers whose ratio is below 0.12.
@@ -41,6 +43,18 @@ impl Multiplier {
     /// μ, zero below 10⁻³⁰⁸.
     pub fn value(&self) -> Complex<f64> {
         Complex::from_polar(self.log_modulus.exp(), self.angle)
+    }
+
+    /// Whether |μ| is one within the roundings of the runs, 10⁻⁹: neither does the disturbance die
+    /// out, nor does it grow.
+    pub fn is_neutral(&self) -> bool {
+        self.log_modulus.abs() < 1e-9
+    }
+
+    /// μ²
+    pub(crate) fn squared(self) -> Self {
+        let turns = (self.angle / PI).round();
+        Self { log_modulus: 2.0 * self.log_modulus, angle: 2.0 * (self.angle - turns * PI) }
     }
 
     fn new(value: Complex<f64>, log_scale: f64) -> Self {

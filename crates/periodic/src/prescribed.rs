@@ -19,7 +19,6 @@ use bristle::signal::Signal;
 use bristle::{Bristle, Contact, Form};
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::flow::flow;
 use crate::shooting::{checked_scales, identity, orbit, solve};
 use crate::{Orbit, PeriodicError, Shooting};
 
@@ -62,7 +61,7 @@ impl Shooting {
         }
         let system = PrescribedVelocity::new(contact.clone(), velocity);
         let scales = checked_scales(System::<f64, N>::scales(&system))?;
-        let run = flow(&system, (start_time, SVector::zeros()), period, self.tolerance)?;
+        let run = self.runs()?.flow(&system, (start_time, SVector::zeros()), period)?;
         let kept = run.product();
         let matrix = DMatrix::from_fn(N, N, |i, j| identity(i, j) - kept[(i, j)]);
         let made = solve(matrix, &DVector::from_fn(N, |i, _| run.end[i] / scales[i]))?;

@@ -13,12 +13,12 @@
 //! Source: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 5.4.
 
 use bristle::Branch;
-use bristle::ode::{Direction, Event, Occurrence, System};
+use bristle::ode::{Direction, Event, System};
 use bristle::parameter::{Named, ParameterError};
 use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::PeriodicError;
-use crate::flow::{Flow, flow, solver};
+use crate::flow::{Flow, Runs};
 use crate::multipliers::{Multiplier, multipliers};
 
 /// How periodic motions are looked for.
@@ -48,12 +48,14 @@ pub struct Shooting {
     pub tolerance: f64,
     /// Iterations of Newton's method, at most.
     pub most_iterations: usize,
+    /// Steps of all runs of a search, or of a branch, at most.
+    pub most_steps: u64,
 }
 
 impl Default for Shooting {
-    /// Steps to 10⁻¹², which leaves nine digits or more of a period, and 30 iterations.
+    /// Steps to 10⁻¹², which leaves nine digits or more of a period, 30 iterations, and 10⁷ steps.
     fn default() -> Self {
-        Self { tolerance: 1e-12, most_iterations: 30 }
+        Self { tolerance: 1e-12, most_iterations: 30, most_steps: 10_000_000 }
     }
 }
 
@@ -83,9 +85,9 @@ pub struct Orbit<const N: usize> {
 }
 
 impl<const N: usize> Orbit<N> {
-    /// Whether small disturbances die out.
+    /// Whether small disturbances die out: no multiplier is neutral, nor larger.
     pub fn is_stable(&self) -> bool {
-        self.transverse().iter().all(|multiplier| multiplier.log_modulus < 0.0)
+        self.transverse().iter().all(|it| it.log_modulus < 0.0 && !it.is_neutral())
     }
 
     /// The multipliers of disturbances across the motion: all but the 1 of a period that was found.
@@ -99,6 +101,12 @@ impl<const N: usize> Orbit<N> {
         all
     }
 
+    /// The motion of which this is the first half, with its mirror image as the second.
+    pub(crate) fn doubled(self) -> Self {
+        let multipliers = self.multipliers.map(Multiplier::squared);
+        Self { period: 2.0 * self.period, multipliers, ..self }
+    }
+
     /// This motion as a guess for one nearby.
     pub fn guess(&self) -> Guess<N> {
         Guess { state: self.start, period: self.period }
@@ -106,11 +114,12 @@ impl<const N: usize> Orbit<N> {
 }
 
 impl Shooting {
-    fn checked(self) -> Result<Self, ParameterError> {
+    /// The runs of a search, of settings that are checked.
+    pub(crate) fn runs(&self) -> Result<Runs, ParameterError> {
         let least = 10.0 * f64::EPSILON;
         Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
         Named("most_iterations", self.most_iterations).count(1)?;
-        Ok(self)
+        Ok(Runs::new(self.tolerance, self.most_steps))
     }
 
     /// The motion that repeats with a given period T \[s\] under inputs that do, near a state at
@@ -126,12 +135,12 @@ impl Shooting {
         (start_time, period): (f64, f64),
         guess: SVector<f64, N>,
     ) -> Result<Orbit<N>, PeriodicError> {
-        self.checked()?;
+        let runs = self.runs()?;
         let scales = checked_scales(system.scales())?;
         let mut state = guess;
         let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
-            let flow = flow(system, (start_time, state), period, self.tolerance)?;
+            let flow = runs.flow(system, (start_time, state), period)?;
             let (product, defect) = (flow.product(), (state - flow.end).component_div(&scales));
             let matrix = DMatrix::from_fn(N, N, |i, j| product[(i, j)] - identity(i, j));
             let correction = solve(matrix, &DVector::from_fn(N, |i, _| defect[i]))?;
@@ -153,13 +162,13 @@ impl Shooting {
         system: &S,
         guess: Guess<N>,
     ) -> Result<Orbit<N>, PeriodicError> {
-        self.checked()?;
+        let runs = self.runs()?;
         let scales = checked_scales(system.scales())?;
         let mut point = guess;
         let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
-            point.period = self.time_of_return(system, &scales, &point)?;
-            let flow = flow(system, (0.0, point.state), point.period, self.tolerance)?;
+            point.period = time_of_return(&runs, system, &scales, &point)?;
+            let flow = runs.flow(system, (0.0, point.state), point.period)?;
             let (matrix, right) = free_equations(system, &scales, &point, &flow);
             let correction = solve(matrix, &right)?;
             if newton.is_over(correction.norm())? {
@@ -171,28 +180,6 @@ impl Shooting {
             let share = newton.share(correction.norm(), flow.extent.max(SMALLEST));
             point.correct(&(correction * share), &scales);
         }
-    }
-
-    /// When the motion comes back to the plane across it at its start, nearest to the start of all
-    /// times not far from the period that is expected; that period itself if it does not.
-    pub(crate) fn time_of_return<S: System<f64, N, K>, const N: usize, const K: usize>(
-        &self,
-        system: &S,
-        scales: &SVector<f64, N>,
-        point: &Guess<N>,
-    ) -> Result<f64, PeriodicError> {
-        let Guess { state: start, period } = *point;
-        let from_start = |state: &SVector<f64, N>| (state - start).component_div(scales);
-        let normal = scaled_rate(system, scales, 0.0, &start);
-        let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&from_start(state));
-        let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
-        let solver = solver(*scales, self.tolerance, period)?;
-        let mut passages = Passages(Vec::new());
-        solver.stream(system, 0.0..LATEST * period, start, &[plane], &mut passages)?;
-        let returns = passages.0.iter().filter(|(time, _)| *time > EARLIEST * period);
-        let apart = |state: &SVector<f64, N>| from_start(state).norm();
-        let nearest = returns.min_by(|a, b| apart(&a.1).total_cmp(&apart(&b.1)));
-        Ok(nearest.map_or(period, |(time, _)| *time))
     }
 
     /// A guess for [`Shooting::free`]: simulates over a duration \[s\], and takes the last passage
@@ -209,24 +196,67 @@ impl Shooting {
         duration: f64,
         section: &Event<'_, f64, N>,
     ) -> Result<Guess<N>, PeriodicError> {
-        self.checked()?;
+        self.runs()?;
         let scales = checked_scales(system.scales())?;
         Named("duration", duration).positive()?;
-        // A guess need not be exact: no check of how errors grow.
-        let solver = solver(scales, 1e-9, duration)?;
-        let mut passages = Passages(Vec::new());
-        let section = [Event { stops: false, ..*section }];
-        solver.stream(system, 0.0..duration, start, &section, &mut passages)?;
-        passages.guess(duration, &scales).ok_or(PeriodicError::DoesNotRepeat)
+        // A guess need not be exact.
+        let runs = Runs::new(1e-9, self.most_steps);
+        let passages = runs.passages(system, start, duration, section)?;
+        settled(&passages, duration, &scales).ok_or(PeriodicError::DoesNotRepeat)
     }
+}
+
+/// When the motion comes back to the plane across it at its start, nearest to the start of all
+/// times not far from the period that is expected; that period itself if it does not. If it comes
+/// back to the start itself earlier, then: the period expected is a multiple of its own.
+pub(crate) fn time_of_return<S: System<f64, N, K>, const N: usize, const K: usize>(
+    runs: &Runs,
+    system: &S,
+    scales: &SVector<f64, N>,
+    point: &Guess<N>,
+) -> Result<f64, PeriodicError> {
+    let Guess { state: start, period } = *point;
+    let from_start = |state: &SVector<f64, N>| (state * runs.sign - start).component_div(scales);
+    let normal = scaled_rate(system, scales, 0.0, &start);
+    let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&from_start(state));
+    let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
+    let passages = runs.passages(system, start, LATEST * period, &plane)?;
+    let apart = |it: &&(f64, SVector<f64, N>)| from_start(&it.1).norm();
+    let closes = |it: &&(f64, SVector<f64, N>)| it.0 > LEAST * period && apart(it) < SAME;
+    let multiple = passages.iter().find(closes);
+    let returns = passages.iter().filter(|it| it.0 > EARLIEST * period);
+    let nearest = || returns.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+    Ok(multiple.or_else(nearest).map_or(period, |it| it.0))
+}
+
+/// A guess from passages through a section until some time: the last passage, and the time since
+/// the latest one that is nearly as near as any.
+fn settled<const N: usize>(
+    passages: &[(f64, SVector<f64, N>)],
+    end: f64,
+    scales: &SVector<f64, N>,
+) -> Option<Guess<N>> {
+    let ((time, state), earlier) = passages.split_last()?;
+    let apart = |other: &SVector<f64, N>| (other - state).component_div(scales).norm();
+    let least = earlier.iter().map(|(_, other)| apart(other)).reduce(f64::min)?;
+    let alike = |(_, other): &&(f64, SVector<f64, N>)| apart(other) <= 2.0 * least + 1e-4;
+    let period = time - earlier.iter().rev().find(alike)?.0;
+    // A motion that repeated until a while ago has come to rest.
+    let goes_on = least < 1.0 && end - time < 2.0 * period;
+    goes_on.then_some(Guess { state: *state, period })
 }
 
 /// A period is looked for between these parts of the one that is expected.
 const EARLIEST: f64 = 0.6;
 const LATEST: f64 = 1.6;
 
+/// A motion that comes this near to its start, over the scales, has closed; not within the second
+/// part of the period that is expected, where it has hardly left.
+const SAME: f64 = 1e-8;
+const LEAST: f64 = 1e-3;
+
 /// An orbit that goes less far than this, over the scales, is a point.
-const SMALLEST: f64 = 1e-6;
+pub(crate) const SMALLEST: f64 = 1e-6;
 
 /// A correction below this, over the scales, is none; one below the second that no longer shrinks
 /// is of roundings.
@@ -343,32 +373,4 @@ pub(crate) fn orbit<const N: usize>(
     let multipliers = multipliers(&flow.factors)
         .ok_or(PeriodicError::NotConverged { iterations: 0, correction: f64::NAN })?;
     Ok(Orbit { start_time, start, period, forced, multipliers })
-}
-
-/// Times and states of the passages through a section.
-struct Passages<const N: usize>(Vec<(f64, SVector<f64, N>)>);
-
-impl<const N: usize> bristle::ode::Observer<f64, N> for Passages<N> {
-    fn step(&mut self, _: &bristle::ode::Step<f64, N>) -> core::ops::ControlFlow<()> {
-        core::ops::ControlFlow::Continue(())
-    }
-
-    fn event(&mut self, occurrence: &Occurrence<f64, N>) -> core::ops::ControlFlow<()> {
-        self.0.push((occurrence.time, occurrence.state));
-        core::ops::ControlFlow::Continue(())
-    }
-}
-
-impl<const N: usize> Passages<N> {
-    /// The last passage, and the time since the latest one that is nearly as near as any.
-    fn guess(&self, end: f64, scales: &SVector<f64, N>) -> Option<Guess<N>> {
-        let ((time, state), earlier) = self.0.split_last()?;
-        let apart = |other: &SVector<f64, N>| (other - state).component_div(scales).norm();
-        let least = earlier.iter().map(|(_, other)| apart(other)).reduce(f64::min)?;
-        let alike = |(_, other): &&(f64, SVector<f64, N>)| apart(other) <= 2.0 * least + 1e-4;
-        let period = time - earlier.iter().rev().find(alike)?.0;
-        // A motion that repeated until a while ago has come to rest.
-        let goes_on = least < 1.0 && end - time < 2.0 * period;
-        goes_on.then_some(Guess { state: *state, period })
-    }
 }

@@ -4,6 +4,7 @@
 
 mod branches;
 mod orbits;
+mod special;
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{Direction, Event};

@@ -1,0 +1,205 @@
+//! Special points of branches against closed forms, and the border of hunting against simulation.
+
+use bristle::curve::Stribeck;
+use bristle::ode::{
+    Automatic, Direction, Event, Linearisation, Output, Solver, System, Tolerances,
+};
+use bristle::rheology::KelvinVoigt;
+use bristle::{Branch, FrBd};
+use bristle_periodic::{
+    BranchEnd, Continuation, ControlLoop, Guess, OrbitBranch, PeriodicError, PointKind, Shooting,
+    hunting, hunting_orbit,
+};
+use nalgebra::{Matrix2, Matrix4, SMatrix, SVector, Vector2, Vector4};
+
+use super::{bristle, curve, hunting_loop, rig, stick_slip};
+
+/// ẋ = f(x) with its derivatives, without friction.
+struct Field<F>(F);
+
+impl<F, const N: usize> System<f64, N, 0> for Field<F>
+where
+    F: Fn(&SVector<f64, N>) -> (SVector<f64, N>, SMatrix<f64, N, N>),
+{
+    fn rate(&self, _: f64, x: &SVector<f64, N>, _: [Branch; 0]) -> SVector<f64, N> {
+        (self.0)(x).0
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &SVector<f64, N>) -> [f64; 0] {
+        []
+    }
+
+    fn linearised(
+        &self,
+        _: f64,
+        x: &SVector<f64, N>,
+        _: [Branch; 0],
+    ) -> Option<Linearisation<f64, N>> {
+        let (rate, by_state) = (self.0)(x);
+        Some(Linearisation { rate, by_state, by_time: SVector::zeros() })
+    }
+}
+
+/// Of a branch of cycles of 2π s that begins at 0.5 and goes down, in steps as they are in use.
+fn down<S: System<f64, N, 0>, const N: usize>(
+    system: impl Fn(f64) -> S,
+    state: SVector<f64, N>,
+) -> OrbitBranch<N> {
+    let guess = Guess { state, period: std::f64::consts::TAU };
+    Continuation { first_step: -0.02, ..Continuation::over(-0.5..1.0) }
+        .free(|parameter| Ok(system(parameter)), 0.5, guess)
+        .unwrap()
+}
+
+#[test]
+fn a_cycle_shrinks_to_its_hopf_point() {
+    // Van der Pol, ẍ − (p − x²) ẋ + x = 0: its cycle, of amplitude 2√p, ends at p = 0. About x = 1
+    // it is not odd, and is followed over whole periods.
+    for centre in [0.0, 1.0] {
+        let system = |p: f64| {
+            Field(move |state: &Vector2<f64>| {
+                let (x, v) = (state[0] - centre, state[1]);
+                let damping = p - x * x;
+                let by_state = Matrix2::new(0.0, 1.0, -1.0 - 2.0 * x * v, damping);
+                (Vector2::new(v, damping * v - x), by_state)
+            })
+        };
+        let branch = down(system, Vector2::new(centre + 1.4, 0.0));
+        assert_eq!(branch.end, BranchEnd::Equilibrium);
+        let [.., last] = branch.points[..] else { unreachable!() };
+        assert_eq!(last.kind, PointKind::Hopf);
+        // At amplitudes of 10⁻⁴ of a step, p = amplitude²/4.
+        assert!(last.parameter.abs() < 1e-7, "{}", last.parameter);
+        assert!((last.orbit.period - std::f64::consts::TAU).abs() < 1e-6);
+        assert_eq!(branch.special().count(), 1);
+    }
+}
+
+#[test]
+fn a_torus_branches_off_where_a_complex_pair_passes_the_unit_circle() {
+    // The unit circle, with u̇ = A (u − c) beside it: multipliers e^(2π λ). A focus, p ± 0.3 i, of
+    // an odd system and of one that is not; a saddle whose real multipliers e^(2π p), e^(2π) have
+    // a product of one at p = −1 is none.
+    for (centre, by_state, wanted) in [
+        (0.0, [0.0, -0.3, 0.3, 0.0], Some(0.0)),
+        (1.0, [0.0, -0.3, 0.3, 0.0], Some(0.0)),
+        (0.0, [-0.2, 0.0, 0.0, 0.2], None),
+    ] {
+        let system = |p: f64| {
+            Field(move |state: &Vector4<f64>| {
+                let (x, y) = (state[0], state[1]);
+                let inside = 1.0 - x * x - y * y;
+                let [a, b, c, d] = by_state;
+                let mut by_state = Matrix4::zeros();
+                let (turn, same) = (2.0 * x * y, |at: f64| inside - 2.0 * at * at);
+                let circle = Matrix2::new(same(x), -1.0 - turn, 1.0 - turn, same(y));
+                let beside = Matrix2::new(a + p, b, c, d + p);
+                by_state.fixed_view_mut::<2, 2>(0, 0).copy_from(&circle);
+                by_state.fixed_view_mut::<2, 2>(2, 2).copy_from(&beside);
+                let u = beside * Vector2::new(state[2] - centre, state[3] - centre);
+                (Vector4::new(inside * x - y, inside * y + x, u[0], u[1]), by_state)
+            })
+        };
+        let branch = down(system, Vector4::new(1.0, 0.0, centre, centre));
+        let found: Vec<_> = branch.special().map(|it| (it.kind, it.parameter)).collect();
+        let tori: Vec<_> = found.iter().filter(|it| it.0 == PointKind::Torus).collect();
+        assert_eq!(tori.first().map(|it| it.1.abs() < 1e-7), wanted.map(|_| true), "{found:?}");
+        assert_eq!(tori.len(), usize::from(wanted.is_some()));
+    }
+}
+
+/// The loop of the check values with another derivative gain [N s/m].
+fn looped(derivative: f64) -> ControlLoop<FrBd<Stribeck<f64>, KelvinVoigt<f64>>, 4> {
+    let mut parameters = hunting_loop();
+    parameters.controller.derivative = derivative;
+    ControlLoop::new(parameters).unwrap()
+}
+
+/// Passages of a simulation through x = 0, and the integral of x there.
+fn passages(derivative: f64, start: SVector<f64, 4>, duration: f64) -> Vec<(f64, f64)> {
+    let system = looped(derivative);
+    let tolerances = Tolerances::scaled(1e-12, system.scales()).unwrap();
+    let position = |_: f64, state: &SVector<f64, 4>| state[0];
+    let target = [Event { function: &position, direction: Direction::Either, stops: false }];
+    let solver = Solver::adaptive(Automatic, tolerances);
+    let run = solver.solve_with_events(&system, 0.0..duration, start, &target, Output::Uniform(2));
+    run.unwrap().events().iter().map(|it| (it.time, it.state[3])).collect()
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
+fn the_border_of_hunting_is_that_of_simulation() {
+    let orbit = hunting_orbit(&looped(20.0), 0.02, 60.0).unwrap();
+    let branch =
+        Continuation { first_step: 1.0, stable_only: true, ..Continuation::over(10.0..50.0) }
+            .free(|derivative| Ok(looped(derivative)), 20.0, orbit.guess())
+            .unwrap();
+    // Half a period from x to −x is a whole one; multipliers are good to 1e-6.
+    let half = branch.points[0].orbit;
+    assert!((half.period - orbit.period).abs() < 1e-8);
+    assert!((half.transverse()[0].value() - orbit.transverse()[0].value()).norm() < 1e-6);
+    assert_eq!(branch.end, BranchEnd::Unstable);
+    let border = branch.points.last().unwrap();
+    assert_eq!(border.kind, PointKind::Crossing);
+    let simulated = |share: f64, off: f64, periods: f64| {
+        let mut start = border.orbit.start;
+        start[3] *= 1.0 + off;
+        passages(share * border.parameter, start, periods * border.orbit.period)
+    };
+    // The cycle is odd. In fifty periods a small asymmetry, the sum of the integrals at a passage
+    // and at the next, dies out or grows: by 1e-4, of which runs to 1e-12 leave 1e-7.
+    for (share, grows) in [(1.0 - 2e-6, false), (1.0 + 2e-6, true)] {
+        let all = simulated(share, 1e-5, 52.2);
+        let asymmetry = |at: usize| (all[at].1 + all[at + 1].1).abs();
+        let growth = asymmetry(101) / asymmetry(1) - 1.0;
+        assert!(growth.abs() > 2e-5 && (growth > 0.0) == grows, "{share} {growth:e}");
+    }
+    // What has grown comes to rest: beyond the border nothing hunts, before it the loop does.
+    for (share, hunts) in [(0.99, true), (1.01, false)] {
+        let all = simulated(share, 1e-2, 500.0);
+        let late = all.iter().filter(|it| it.0 > 480.0 * border.orbit.period).count();
+        assert!(if hunts { late >= 39 } else { late <= 2 }, "{share} {late}");
+    }
+}
+
+#[test]
+fn a_multiple_of_the_period_gives_the_period() {
+    let rig = rig(FrBd::new(curve(), bristle()), 0.1);
+    let Guess { state, period } = stick_slip(&rig, 0.1);
+    for times in [2.0, 3.0] {
+        let orbit = Shooting::default().free(&rig, Guess { state, period: times * period });
+        assert!((orbit.unwrap().period - 7.639267).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn what_neither_grows_nor_dies_out_is_neutral() {
+    // ẍ = −x over a period of 1 s: multipliers e^(±i). Runs leave roundings.
+    let swing = Field(|state: &Vector2<f64>| {
+        let by_state = Matrix2::new(0.0, 1.0, -1.0, 0.0);
+        (by_state * state, by_state)
+    });
+    let orbit = Shooting::default().forced(&swing, (0.0, 1.0), Vector2::new(0.1, 0.0)).unwrap();
+    assert!(orbit.multipliers.iter().all(|it| it.is_neutral()) && !orbit.is_stable());
+    // m s³ + K_D s² + K_P s + K_I has the poles ±i √(K_P/m) where K_D K_P = m K_I.
+    let mut parameters = hunting_loop();
+    parameters.controller.integral = 20.0 * 400.0;
+    let report = hunting(&parameters, &[1e-5], 1.0).unwrap();
+    assert_eq!(report.large_abscissa, Some(0.0));
+    assert!(report.to_string().contains("large motions  neutral"), "{report}");
+}
+
+#[test]
+fn a_branch_has_a_limit_of_steps() {
+    let model = FrBd::new(curve(), bristle());
+    let start = stick_slip(&rig(model, 0.1), 0.1);
+    let limited = |largest_step: f64, most_steps: u64| {
+        let shooting = Shooting { most_steps, ..Shooting::default() };
+        let steps = Continuation { shooting, largest_step, ..Continuation::over(0.02..2.0) };
+        steps.free(|speed| Ok(rig(model, speed)), 0.1, start)
+    };
+    let used_up = |it: PeriodicError| matches!(it, PeriodicError::TooManySteps { limit: 20_000 });
+    let branch = limited(1e9, 20_000).unwrap();
+    assert!(matches!(branch.end, BranchEnd::Lost(error) if used_up(error)), "{:?}", branch.end);
+    assert!(matches!(limited(0.1, 100), Err(PeriodicError::TooManySteps { limit: 100 })));
+}
