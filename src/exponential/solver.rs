@@ -5,7 +5,7 @@ use core::ops::Range;
 use nalgebra::Vector1;
 
 use super::run::CollocationRun;
-use crate::ode::{Failure, Statistics, StepControl, check_samples};
+use crate::ode::{Failure, Statistics, StepControl};
 use crate::parameter::{Named, ParameterError};
 use crate::scalar::lit;
 use crate::signal::Signal;
@@ -105,8 +105,8 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
         samples: usize,
         mut observer: impl FnMut(T, T),
     ) -> Result<Statistics, Failure<T, 1>> {
-        let state = Vector1::new(deflection);
-        check_samples(samples).map_err(|error| Failure::refused(error, span.start, state))?;
+        let refused = |few| Failure::refused(few, span.start, Vector1::new(deflection));
+        Named("samples", samples).count(2).map_err(refused)?;
         let mut run = self.begin(contact, velocity, span.clone(), deflection)?;
         let last = samples - 1;
         let spacing = (span.end - span.start) / lit(last as f64);

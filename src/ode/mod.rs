@@ -91,7 +91,6 @@ pub(crate) use progress::{NextStep, Progress, StepControl};
 pub use rodas4::Rodas4;
 pub use rodas5p::Rodas5P;
 pub use runge_kutta4::RungeKutta4;
-pub(crate) use solver::check_samples;
 pub use solver::{Observer, Solver, Summary};
 pub use statistics::Statistics;
 pub use step::Step;

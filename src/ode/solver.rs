@@ -15,7 +15,7 @@ use super::stepper::{Method, Stepper};
 use super::tolerance::check;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
-use crate::parameter::{Named, ParameterError, Rule};
+use crate::parameter::{Named, ParameterError};
 
 /// An attempt whose errors have grown to so many times their limit is followed by one with steps so
 /// much tighter, and this much more.
@@ -337,13 +337,4 @@ pub struct Summary<T, const N: usize> {
     pub event: Option<usize>,
     /// Counts of its steps and evaluations.
     pub statistics: Statistics,
-}
-
-/// Checks a number of evenly spaced samples.
-pub(crate) fn check_samples(samples: usize) -> Result<(), ParameterError> {
-    if samples >= 2 {
-        return Ok(());
-    }
-    let rule = Rule::Count { least: 2 };
-    Err(ParameterError { name: "samples", component: None, value: samples as f64, rule })
 }

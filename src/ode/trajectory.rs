@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::event::{Event, Occurrence};
 use super::failure::{Failure, StopReason};
-use super::solver::{Observer, Solver, check_samples};
+use super::solver::{Observer, Solver};
 use super::step::Step;
 use super::stepper::Method;
 use super::{Statistics, Summary, System};
@@ -289,7 +289,7 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
         Named("span.end", self.span.end).at_least("span.start", self.span.start)?;
         match self.output {
             Output::Uniform(samples) => {
-                check_samples(samples)?;
+                Named("samples", samples).count(2)?;
                 reserve(&mut self.trajectory.times, samples)?;
                 reserve(&mut self.trajectory.states, samples)
             }
@@ -399,11 +399,8 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
 
 /// Makes room for so many samples, or refuses them.
 fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
-    list.try_reserve_exact(samples).map_err(|_| {
-        let value = samples as f64;
-        let rule = Rule::Stated("fit into the memory");
-        ParameterError { name: "samples", component: None, value, rule }
-    })
+    let rule = Rule::Stated("fit into the memory");
+    list.try_reserve_exact(samples).map_err(|_| Named("samples", samples as f64).refused(rule))
 }
 
 #[cfg(test)]
