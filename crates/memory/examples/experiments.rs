@@ -12,7 +12,6 @@ use bristle::curve::{FrictionCurve, Stribeck};
 use bristle::nalgebra::{SVector, Vector3};
 use bristle::ode::{self, Output, System};
 use bristle::rheology::{Deflection, KelvinVoigt};
-use bristle::scene::MassSpringDamper;
 use bristle::{
     Affine, Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle,
     LuGre, Surface, paper,

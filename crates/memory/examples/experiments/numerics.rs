@@ -1,35 +1,74 @@
-//! What the models cost on the Rabinowicz rig, and fixed steps beside those of the field.
+//! What the models cost on three rigs, and fixed steps beside those of the field.
 
+use bristle::Mechanism;
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::signal::{Signal, Sine, SineParameters};
 use bristle_charts::println;
 
 use super::*;
 
-/// Stick-slip by `ode::solve`: evaluations, and the largest error of the position over 25 s.
-pub(super) fn costs() -> Result<()> {
-    println!("\nevaluations, error [m] of the position at tolerances of 1e-3, 1e-6, 1e-9");
-    let (curve, bristle) = (curve()?, bristle()?);
-    scene("static curve", Static(curve))?;
-    scene("Dahl", dahl()?)?;
-    scene("LuGre", LuGre::classical(curve, bristle))?;
-    scene("LuGre, viscous part in g", LuGre::of_frbd(FrBd::new(curve, bristle), 0.0))?;
-    scene("FrBD", FrBd::new(curve, bristle))?;
-    scene("implicit", ImplicitBristle::new(curve, bristle)?)?;
-    scene("elasto-plastic", elasto_plastic()?)?;
-    let slow = Elements(ten(0.95)?.under_load(1.0)?);
-    evaluations("ten elements", &slow, SVector::zeros())
+/// A mass of 1 kg under 1 N, on a spring whose end moves, under a sine.
+struct Rig {
+    name: &'static str,
+    /// Stiffness of the spring [N/m] and velocity of its end [m/s].
+    spring: [f64; 2],
+    /// Amplitude \[N\] and frequency [Hz] of the force.
+    force: [f64; 2],
+    /// Position \[m\] at the beginning.
+    start: f64,
+    end: f64,
 }
 
-fn scene<M: Bristle<f64, Deflection = f64>>(name: &str, model: M) -> Result<()> {
-    let rig = MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0)?))?;
-    evaluations::<_, 3>(name, &rig, Vector3::zeros())
+const RIGS: [Rig; 3] = [
+    Rig { name: "Rabinowicz", spring: [2.0, 0.1], force: [0.0, 1e-3], start: 0.0, end: 25.0 },
+    Rig { name: "forced", spring: [0.0, 0.0], force: [2.0, 0.5], start: 0.0, end: 10.0 },
+    Rig { name: "let go", spring: [20.0, 0.0], force: [0.0, 1e-3], start: 0.5, end: 5.0 },
+];
+
+/// Each rig by `ode::solve`: evaluations, and the largest error of the position.
+pub(super) fn costs() -> Result<()> {
+    let (curve, bristle) = (curve()?, bristle()?);
+    for rig in &RIGS {
+        println!("\n{}: evaluations, error [m] at tolerances of 1e-3, 1e-6, 1e-9", rig.name);
+        scene("static curve", rig, Static(curve))?;
+        scene("Dahl", rig, dahl()?)?;
+        scene("LuGre", rig, LuGre::classical(curve, bristle))?;
+        let viscous = LuGre::of_frbd(FrBd::new(curve, bristle), 0.0);
+        scene("LuGre, viscous part in g", rig, viscous)?;
+        scene("FrBD", rig, FrBd::new(curve, bristle))?;
+        scene("implicit", rig, ImplicitBristle::new(curve, bristle)?)?;
+        scene("elasto-plastic", rig, elasto_plastic()?)?;
+        let slow = Elements { contact: ten(0.95)?.under_load(1.0)?, force: sine(rig)?, rig };
+        let mut start = SVector::zeros();
+        start[0] = rig.start;
+        evaluations("ten elements", &slow, start, rig.end)?;
+    }
+    Ok(())
+}
+
+fn sine(rig: &Rig) -> Result<Sine<f64>> {
+    let [amplitude, frequency] = rig.force;
+    Ok(Sine::new(SineParameters { mean: 0.0, amplitude, frequency, phase: 0.0 })?)
+}
+
+fn scene<M: Bristle<f64, Deflection = f64>>(name: &str, rig: &Rig, model: M) -> Result<()> {
+    let [spring_stiffness, drive_velocity] = rig.spring;
+    let mass = MassSpringDamper::new(MassSpringDamperParameters {
+        contact: model.under_load(1.0)?,
+        mechanism: Mechanism { mass: 1.0, spring_stiffness, viscous_damping: 0.0 },
+        drive_velocity,
+        force: sine(rig)?,
+    })?;
+    evaluations::<_, 3>(name, &mass, Vector3::new(rig.start, 0.0, 0.0), rig.end)
 }
 
 fn evaluations<S: System<f64, N>, const N: usize>(
     name: &str,
     rig: &S,
     start: SVector<f64, N>,
+    end: f64,
 ) -> Result<()> {
-    let solve = |tolerance| ode::solve(rig, 0.0..25.0, start, tolerance, Output::Uniform(501));
+    let solve = |tolerance| ode::solve(rig, 0.0..end, start, tolerance, Output::Uniform(501));
     let reference = solve(1e-10)?;
     let mut line = format!("{name:24}");
     for tolerance in [1e-3, 1e-6, 1e-9] {
@@ -48,21 +87,31 @@ fn evaluations<S: System<f64, N>, const N: usize>(
     Ok(())
 }
 
-/// The rig with ten elements: position, velocity, deflections.
-struct Elements(Contact<f64, MaxwellSlip<Stribeck<f64>, f64, 10>>);
+/// A rig with ten elements: position, velocity, deflections.
+struct Elements<'a> {
+    contact: Contact<f64, MaxwellSlip<Stribeck<f64>, f64, 10>>,
+    force: Sine<f64>,
+    rig: &'a Rig,
+}
 
-impl System<f64, 12> for Elements {
+impl System<f64, 12> for Elements<'_> {
     fn rate(&self, t: f64, state: &SVector<f64, 12>, [branch]: [Branch; 1]) -> SVector<f64, 12> {
         let deflection = Parallel(state.fixed_rows::<10>(2).into_owned());
-        let friction = self.0.response(branch.of(state[1]), deflection);
+        let friction = self.contact.response(branch.of(state[1]), deflection);
+        let [stiffness, speed] = self.rig.spring;
+        let force = self.force.value(t) + stiffness * (speed * t - state[0]);
         let mut rate = SVector::<f64, 12>::zeros();
-        (rate[0], rate[1]) = (state[1], 2.0 * (0.1 * t - state[0]) - friction.force);
+        (rate[0], rate[1]) = (state[1], force - friction.force);
         rate.fixed_rows_mut::<10>(2).copy_from(&friction.rate.0);
         rate
     }
 
     fn sliding_velocities(&self, _: f64, state: &SVector<f64, 12>) -> [f64; 1] {
         [state[1]]
+    }
+
+    fn longest_step(&self) -> Option<f64> {
+        self.force.longest_step()
     }
 
     fn scales(&self) -> SVector<f64, 12> {
