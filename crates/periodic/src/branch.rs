@@ -30,7 +30,7 @@
 
 use core::ops::Range;
 
-use bristle::ode::{Direction, Event, System};
+use bristle::ode::System;
 use bristle::parameter::{Named, ParameterError};
 use nalgebra::{Complex, DMatrix, DVector, SVector};
 
@@ -167,8 +167,6 @@ struct Found<const N: usize> {
     rate: SVector<f64, N>,
     /// How far the motion goes from x₀, over the scales.
     extent: f64,
-    /// How far the point lies from its prediction.
-    off: f64,
 }
 
 /// The period that inputs force at a parameter.
@@ -218,54 +216,6 @@ impl Continuation {
         self.follow(system, Some(&period), parameter, guess)
     }
 
-    /// Where the stable cycles through a guess at a parameter end: a fold, or a point at which the
-    /// cycle loses its stability and what leaves it comes to rest. What leaves it for another
-    /// stable cycle is followed on. None if one is stable at the end of the range.
-    ///
-    /// What leaves a cycle is simulated over a thousand periods, a hundredth of the parameter
-    /// beyond.
-    ///
-    /// # Errors
-    ///
-    /// As [`Continuation::free`], and why a branch was lost before it ended.
-    pub fn border<S: System<f64, N, K>, const N: usize, const K: usize>(
-        &self,
-        system: impl Fn(f64) -> Result<S, ParameterError>,
-        parameter: f64,
-        guess: Guess<N>,
-    ) -> Result<Option<BranchPoint<N>>, PeriodicError> {
-        let along = Self { stable_only: true, ..self.clone() };
-        let (mut parameter, mut guess) = (parameter, guess);
-        loop {
-            let branch = along.free(&system, parameter, guess)?;
-            let border = match (branch.end, branch.special().last()) {
-                (BranchEnd::Lost(error), _) => return Err(error),
-                (BranchEnd::Unstable | BranchEnd::Equilibrium, Some(&border)) => border,
-                _ => return Ok(None),
-            };
-            parameter = border.parameter + (BEYOND * border.parameter).copysign(self.first_step);
-            match self.left(&system(parameter)?, &border.orbit) {
-                Some(orbit) => guess = orbit.guess(),
-                None => return Ok(Some(border)),
-            }
-        }
-    }
-
-    /// The stable cycle in which the motion ends that leaves another one, if there is one.
-    fn left<S: System<f64, N, K>, const N: usize, const K: usize>(
-        &self,
-        system: &S,
-        from: &Orbit<N>,
-    ) -> Option<Orbit<N>> {
-        let normal = scaled_rate(system, &system.scales(), 0.0, &from.start);
-        let apart = |state: &SVector<f64, N>| (state - from.start).component_div(&system.scales());
-        let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&apart(state));
-        let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
-        let (start, duration) = (from.start * (1.0 + OFF), LONG * from.period);
-        let guess = self.shooting.settle(system, start, duration, &plane).ok()?;
-        self.shooting.free(system, guess).ok().filter(Orbit::is_stable)
-    }
-
     fn follow<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: impl Fn(f64) -> Result<S, ParameterError>,
@@ -296,16 +246,11 @@ impl Continuation {
                 break BranchEnd::Points;
             }
             let next = match problem.correct(&at.unknowns, &at.tangent, step) {
-                // Not onto another part of the branch.
-                Ok(next) if next.off <= MOST_OFF * step => next,
+                Ok(next) => next,
                 Err(error @ PeriodicError::TooManySteps { .. }) => break BranchEnd::Lost(error),
-                _ if step > SHORTEST => {
+                Err(_) if step > SHORTEST => {
                     step *= 0.5;
                     continue;
-                }
-                Ok(next) => {
-                    let (iterations, correction) = (most_iterations, next.off / step);
-                    break BranchEnd::Lost(PeriodicError::NotConverged { iterations, correction });
                 }
                 Err(error) => break BranchEnd::Lost(error),
             };
@@ -326,12 +271,6 @@ impl Continuation {
         Ok(OrbitBranch { points, end })
     }
 }
-
-/// Beyond a border, as a share of the parameter, what leaves the cycle is simulated, from a start
-/// off it by the second share of its state, over so many periods.
-const BEYOND: f64 = 0.01;
-const OFF: f64 = 1e-3;
-const LONG: f64 = 1e3;
 
 /// By how much a step along a branch grows if the one before has succeeded.
 const GROWTH: f64 = 1.5;
@@ -423,8 +362,13 @@ where
                 let orbit = orbit(&run, (0.0, at.guess.state), at.guess.period, forced)?;
                 let off = (at.guess.state - predicted.guess.state).component_div(&self.scales);
                 let off = off.norm().hypot(at.parameter - predicted.parameter);
+                // Not onto another part of the branch.
+                if off > MOST_OFF * step && step > 0.0 {
+                    let (iterations, correction) = (self.most_iterations, off / step);
+                    return Err(PeriodicError::NotConverged { iterations, correction });
+                }
                 let rate = scaled_rate(&system, &self.scales, 0.0, &at.guess.state);
-                return Ok(Found { unknowns: at, orbit, tangent, rate, extent: run.extent, off });
+                return Ok(Found { unknowns: at, orbit, tangent, rate, extent: run.extent });
             }
             // The plane across the tangent is kept, as each correction lies in it.
             at.add(&(&correction * newton.share(correction.norm(), 1.0)), &self.scales);
