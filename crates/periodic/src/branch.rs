@@ -167,8 +167,6 @@ struct Found<const N: usize> {
     rate: SVector<f64, N>,
     /// How far the motion goes from x₀, over the scales.
     extent: f64,
-    /// How far the point lies from its prediction.
-    off: f64,
 }
 
 /// The period that inputs force at a parameter.
@@ -248,16 +246,11 @@ impl Continuation {
                 break BranchEnd::Points;
             }
             let next = match problem.correct(&at.unknowns, &at.tangent, step) {
-                // Not onto another part of the branch.
-                Ok(next) if next.off <= MOST_OFF * step => next,
+                Ok(next) => next,
                 Err(error @ PeriodicError::TooManySteps { .. }) => break BranchEnd::Lost(error),
-                _ if step > SHORTEST => {
+                Err(_) if step > SHORTEST => {
                     step *= 0.5;
                     continue;
-                }
-                Ok(next) => {
-                    let (iterations, correction) = (most_iterations, next.off / step);
-                    break BranchEnd::Lost(PeriodicError::NotConverged { iterations, correction });
                 }
                 Err(error) => break BranchEnd::Lost(error),
             };
@@ -324,10 +317,9 @@ impl<const N: usize> Found<N> {
     fn is(&self, kind: PointKind, step: f64) -> bool {
         match kind {
             PointKind::Hopf => !self.orbit.forced && self.extent < step,
-            // Two real multipliers whose product is one are nothing.
+            // Two real multipliers whose product is one, neither of them one, are nothing.
             PointKind::Torus => {
-                let complex = |it: &Multiplier| it.angle.sin().abs() > 1e-6;
-                self.orbit.transverse().iter().any(|it| complex(it) && it.log_modulus.abs() < 1e-3)
+                self.orbit.transverse().iter().any(|it| it.log_modulus.abs() < 1e-3)
             }
             _ => true,
         }
@@ -370,8 +362,13 @@ where
                 let orbit = orbit(&run, (0.0, at.guess.state), at.guess.period, forced)?;
                 let off = (at.guess.state - predicted.guess.state).component_div(&self.scales);
                 let off = off.norm().hypot(at.parameter - predicted.parameter);
+                // Not onto another part of the branch.
+                if off > MOST_OFF * step && step > 0.0 {
+                    let (iterations, correction) = (self.most_iterations, off / step);
+                    return Err(PeriodicError::NotConverged { iterations, correction });
+                }
                 let rate = scaled_rate(&system, &self.scales, 0.0, &at.guess.state);
-                return Ok(Found { unknowns: at, orbit, tangent, rate, extent: run.extent, off });
+                return Ok(Found { unknowns: at, orbit, tangent, rate, extent: run.extent });
             }
             // The plane across the tangent is kept, as each correction lies in it.
             at.add(&(&correction * newton.share(correction.norm(), 1.0)), &self.scales);

@@ -19,6 +19,7 @@
 //! Numbers are `f64`: in single precision the runs leave no digits for Newton's method.
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+mod border;
 mod branch;
 mod control_loop;
 mod driven_mass;

@@ -1,10 +1,8 @@
 //! Special points of branches against closed forms, and the border of hunting against simulation.
 
-use bristle::curve::Stribeck;
 use bristle::ode::{
     Automatic, Direction, Event, Linearisation, Output, Solver, System, Tolerances,
 };
-use bristle::rheology::KelvinVoigt;
 use bristle::{Branch, FrBd};
 use bristle_periodic::{
     BranchEnd, Continuation, ControlLoop, Guess, OrbitBranch, PeriodicError, PointKind, Shooting,
@@ -108,16 +106,8 @@ fn a_torus_branches_off_where_a_complex_pair_passes_the_unit_circle() {
     }
 }
 
-/// The loop of the check values with another derivative gain [N s/m].
-fn looped(derivative: f64) -> ControlLoop<FrBd<Stribeck<f64>, KelvinVoigt<f64>>, 4> {
-    let mut parameters = hunting_loop();
-    parameters.controller.derivative = derivative;
-    ControlLoop::new(parameters).unwrap()
-}
-
 /// Passages of a simulation through x = 0, and the integral of x there.
-fn passages(derivative: f64, start: SVector<f64, 4>, duration: f64) -> Vec<(f64, f64)> {
-    let system = looped(derivative);
+fn passages<S: System<f64, 4>>(system: &S, start: Vector4<f64>, duration: f64) -> Vec<(f64, f64)> {
     let tolerances = Tolerances::scaled(1e-12, system.scales()).unwrap();
     let position = |_: f64, state: &SVector<f64, 4>| state[0];
     let target = [Event { function: &position, direction: Direction::Either, stops: false }];
@@ -129,36 +119,45 @@ fn passages(derivative: f64, start: SVector<f64, 4>, duration: f64) -> Vec<(f64,
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
 fn the_border_of_hunting_is_that_of_simulation() {
-    let orbit = hunting_orbit(&looped(20.0), 0.02, 60.0).unwrap();
-    let branch =
-        Continuation { first_step: 1.0, stable_only: true, ..Continuation::over(10.0..50.0) }
-            .free(|derivative| Ok(looped(derivative)), 20.0, orbit.guess())
-            .unwrap();
-    // Half a period from x to −x is a whole one; multipliers are good to 1e-6.
-    let half = branch.points[0].orbit;
-    assert!((half.period - orbit.period).abs() < 1e-8);
-    assert!((half.transverse()[0].value() - orbit.transverse()[0].value()).norm() < 1e-6);
-    assert_eq!(branch.end, BranchEnd::Unstable);
-    let border = branch.points.last().unwrap();
-    assert_eq!(border.kind, PointKind::Crossing);
-    let simulated = |share: f64, off: f64, periods: f64| {
-        let mut start = border.orbit.start;
-        start[3] *= 1.0 + off;
-        passages(share * border.parameter, start, periods * border.orbit.period)
-    };
-    // The cycle is odd. In fifty periods a small asymmetry, the sum of the integrals at a passage
-    // and at the next, dies out or grows: by 1e-4, of which runs to 1e-12 leave 1e-7.
-    for (share, grows) in [(1.0 - 2e-6, false), (1.0 + 2e-6, true)] {
-        let all = simulated(share, 1e-5, 52.2);
-        let asymmetry = |at: usize| (all[at].1 + all[at + 1].1).abs();
-        let growth = asymmetry(101) / asymmetry(1) - 1.0;
-        assert!(growth.abs() > 2e-5 && (growth > 0.0) == grows, "{share} {growth:e}");
-    }
-    // What has grown comes to rest: beyond the border nothing hunts, before it the loop does.
-    for (share, hunts) in [(0.99, true), (1.01, false)] {
-        let all = simulated(share, 1e-2, 500.0);
-        let late = all.iter().filter(|it| it.0 > 480.0 * border.orbit.period).count();
-        assert!(if hunts { late >= 39 } else { late <= 2 }, "{share} {late}");
+    // At K_I = 400 an odd cycle loses its stability and nothing hunts beyond; at 900 it leaves for
+    // one that is not odd, which ends in a fold.
+    for (integral, kind) in [(400.0, PointKind::Crossing), (900.0, PointKind::Fold)] {
+        let system = |derivative: f64| {
+            let mut parameters = hunting_loop();
+            (parameters.controller.integral, parameters.controller.derivative) =
+                (integral, derivative);
+            ControlLoop::new(parameters)
+        };
+        let orbit = hunting_orbit(&system(20.0).unwrap(), 0.02, 60.0).unwrap();
+        let along = Continuation { first_step: 1.0, ..Continuation::over(10.0..90.0) };
+        // Half a period from x to −x is a whole one; multipliers are good to 1e-6.
+        let first = Continuation { most_points: 1, ..along.clone() };
+        let half = first.free(system, 20.0, orbit.guess()).unwrap().points[0].orbit;
+        assert!((half.period - orbit.period).abs() < 1e-8);
+        assert!((half.transverse()[0].value() - orbit.transverse()[0].value()).norm() < 1e-6);
+        let border = along.border(system, 20.0, orbit.guess()).unwrap().unwrap();
+        assert_eq!(border.kind, kind);
+        let simulated = |share: f64, off: f64, periods: f64| {
+            let mut start = border.orbit.start;
+            start[3] *= 1.0 + off;
+            let system = system(share * border.parameter).unwrap();
+            passages(&system, start, periods * border.orbit.period)
+        };
+        for (share, hunts) in [(1.0 - 2e-6, true), (1.0 + 2e-6, false)] {
+            if kind == PointKind::Crossing {
+                // In fifty periods a small asymmetry, the sum of the integrals at a passage and at
+                // the next, dies out or grows: by 1e-4, of which runs to 1e-12 leave 1e-7.
+                let all = simulated(share, 1e-5, 52.2);
+                let asymmetry = |at: usize| (all[at].1 + all[at + 1].1).abs();
+                let growth = asymmetry(101) / asymmetry(1) - 1.0;
+                assert!(growth.abs() > 2e-5 && (growth < 0.0) == hunts, "{share} {growth:e}");
+            } else {
+                // What has lost its cycle comes to rest.
+                let all = simulated(share, 0.0, 500.0);
+                let late = all.iter().filter(|it| it.0 > 480.0 * border.orbit.period).count();
+                assert!(if hunts { late >= 39 } else { late <= 2 }, "{share} {late}");
+            }
+        }
     }
 }
 
@@ -182,11 +181,13 @@ fn what_neither_grows_nor_dies_out_is_neutral() {
     let orbit = Shooting::default().forced(&swing, (0.0, 1.0), Vector2::new(0.1, 0.0)).unwrap();
     assert!(orbit.multipliers.iter().all(|it| it.is_neutral()) && !orbit.is_stable());
     // m s³ + K_D s² + K_P s + K_I has the poles ±i √(K_P/m) where K_D K_P = m K_I.
-    let mut parameters = hunting_loop();
-    parameters.controller.integral = 20.0 * 400.0;
-    let report = hunting(&parameters, &[1e-5], 1.0).unwrap();
-    assert_eq!(report.large_abscissa, Some(0.0));
-    assert!(report.to_string().contains("large motions  neutral"), "{report}");
+    for derivative in [10.0, 30.0, 70.0] {
+        let mut parameters = hunting_loop();
+        parameters.controller.derivative = derivative;
+        parameters.controller.integral = derivative * 400.0;
+        let report = hunting(&parameters, &[1e-5], 1.0).unwrap();
+        assert!(report.to_string().contains("large motions  neutral"), "{report}");
+    }
 }
 
 #[test]
