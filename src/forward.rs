@@ -25,7 +25,7 @@ macro_rules! holds {
     };
 }
 
-/// A type of a user's own behind a pointer: its trait as an object, and every method to it and back.
+/// A user's own type behind a pointer: its trait as an object, and every method to it and back.
 ///
 /// What `copies` names returns the type itself; what `surface` names takes whatever becomes one.
 #[cfg(feature = "alloc")]

@@ -7,7 +7,7 @@ use super::{Affine, Characteristics, Form, HeldStep, Law, Limits, Linearised};
 use crate::{Bristle, LoadChange, Scalar, Surface};
 
 own! {
-    /// A model of one deflection behind a pointer, from [`AnyBristle::own`](crate::AnyBristle::own).
+    /// A model of one deflection behind a pointer: [`AnyBristle::own`](crate::AnyBristle::own).
     OwnModel: [Bristle<T, Deflection = T>] Bristle { type Deflection = T; }
     {
         affine(surface: Surface<T>, deflection: T) -> Affine<T>;
