@@ -1,6 +1,7 @@
 //! CVODE on the scenes of the work-precision charts, told and not told of reversals:
 //! `cargo run --release --manifest-path benches/cvode/Cargo.toml` (a minute; needs the system's
-//! SUNDIALS 6, Debian's `libsundials-dev`; elsewhere `RUSTFLAGS="-L FOLDER"`).
+//! SUNDIALS 6, Debian's `libsundials-dev`; elsewhere `RUSTFLAGS="-L FOLDER"`
+//! and `LD_LIBRARY_PATH`).
 //!
 //! Scenes, reference, counters and the rules of a run are those of `benches/peers`. Prints the least
 //! evaluations at each error and leaves `cvode.csv`. What is counted does not depend on the machine.
