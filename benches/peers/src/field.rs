@@ -21,6 +21,8 @@ pub(crate) const MOST_EVALUATIONS: u64 = 30_000_000;
 /// Time after which a run is given up: implicit codes may spend a microsecond and more around
 /// each evaluation.
 pub(crate) const LONGEST_RUN: Duration = Duration::from_millis(1500);
+/// Share of the tolerance of the velocity by which a reversal is beyond zero.
+const MARGIN: f64 = 0.01;
 /// Evaluations between two looks at the clock.
 const BETWEEN_LOOKS: u64 = 4096;
 
@@ -41,8 +43,8 @@ pub(crate) struct Field<'a, S, const N: usize> {
     rates: Cell<u64>,
     jacobians: Cell<u64>,
     branch: Cell<Branch>,
-    /// Where the branch was locked [s].
-    since: Cell<f64>,
+    /// How far beyond zero a reversal is [m/s].
+    margin: Cell<f64>,
 }
 
 /// A stretch without input kinks.
@@ -66,7 +68,7 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
             rates: Cell::new(0),
             jacobians: Cell::new(0),
             branch: Cell::new(Branch::Free),
-            since: Cell::new(0.0),
+            margin: Cell::new(0.0),
         }
     }
 
@@ -79,7 +81,13 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
     pub(crate) fn rate(&self, time: f64, state: &SVector<f64, N>) -> SVector<f64, N> {
         self.rates.set(self.rates.get() + 1);
         self.watch();
-        self.scene.system.rate(time, state, [self.branch.get()])
+        let rate = self.scene.system.rate(time, state, [self.branch.get()]);
+        if rate.iter().all(|value| value.is_finite()) {
+            return rate;
+        }
+        // A trial step far beyond a reversal, near the pole of a locked branch: our own methods
+        // reject it, these would carry NaN on.
+        self.scene.system.rate(time, state, [Branch::Free])
     }
 
     /// ∂f/∂x.
@@ -87,9 +95,14 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
     pub(crate) fn jacobian(&self, time: f64, state: &SVector<f64, N>) -> SMatrix<f64, N, N> {
         self.jacobians.set(self.jacobians.get() + 1);
         self.watch();
-        let tangent = self.scene.system.linearised(time, state, [self.branch.get()]);
-        // Every scene of the list has one.
-        tangent.map_or_else(|| SMatrix::repeat(f64::NAN), |tangent| tangent.by_state)
+        let of = |branch| {
+            let tangent = self.scene.system.linearised(time, state, [branch]);
+            // Every scene of the list has one.
+            tangent.map_or_else(|| SMatrix::repeat(f64::NAN), |tangent| tangent.by_state)
+        };
+        let jacobian = of(self.branch.get());
+        let usable = jacobian.iter().all(|value| value.is_finite());
+        if usable { jacobian } else { of(Branch::Free) }
     }
 
     /// The same right-hand side for y = x/scales, for codes that know only one absolute tolerance.
@@ -107,26 +120,34 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
         SMatrix::from_fn(|i, j| jacobian[(i, j)] * scales[j] / scales[i])
     }
 
-    /// The sliding velocity [m/s], whose zero ends a locked piece. Where that begins it has the
-    /// sign of its branch.
+    /// The speed [m/s] on the locked branch and a margin, whose zero ends the piece. With the margin
+    /// it is clearly positive where the next piece begins.
     pub(crate) fn reversal(&self, time: f64, state: &SVector<f64, N>) -> f64 {
-        match self.branch.get() {
-            Branch::Forward if time <= self.since.get() => f64::MIN_POSITIVE,
-            Branch::Backward if time <= self.since.get() => -f64::MIN_POSITIVE,
-            _ => self.scene.system.sliding_velocities(time, state)[0],
+        let [velocity] = self.scene.system.sliding_velocities(time, state);
+        self.branch.get().of(velocity).speed() + self.margin.get()
+    }
+
+    /// Locks |v| to the direction into which the motion goes from a state.
+    pub(crate) fn lock(&self, time: f64, state: &SVector<f64, N>, tolerance: f64) {
+        let velocity = |time, state: &_| self.scene.system.sliding_velocities(time, state)[0];
+        // What the tolerance leaves of the velocity, to a hundredth, and what rounding does.
+        let part = velocity(time, &(state + self.scene.scales)) - velocity(time, state);
+        self.margin.set(MARGIN * tolerance * part.abs() + 1e-10);
+        let step = 1e-9 * self.scene.end;
+        let after = velocity(time + step, &(state + self.rate(time, state) * step));
+        self.branch.set(Branch::towards(after));
+        if self.branch.get() == Branch::Free {
+            self.branch.set(Branch::Forward);
         }
     }
 
-    /// Locks |v| to the direction into which the motion goes from a state, or frees it.
-    pub(crate) fn lock(&self, from: Option<(f64, &SVector<f64, N>)>) {
+    /// Locks |v| to the other direction.
+    pub(crate) fn reverse(&self) {
+        self.branch.set(self.branch.get().reversed());
+    }
+
+    pub(crate) fn free(&self) {
         self.branch.set(Branch::Free);
-        let Some((time, state)) = from else { return };
-        // Beyond the rounding of a reversal, and before the next one.
-        let step = 1e-9 * self.scene.end;
-        let next = state + self.rate(time, state) * step;
-        let after = self.scene.system.sliding_velocities(time + step, &next)[0];
-        self.since.set(time);
-        self.branch.set(if after < 0.0 { Branch::Backward } else { Branch::Forward });
     }
 
     pub(crate) fn rates(&self) -> u64 {

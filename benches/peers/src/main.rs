@@ -17,6 +17,7 @@
 //! tolerance, the others at half ones.
 
 mod chart;
+mod counts;
 mod field;
 mod measure;
 mod peer;
@@ -135,7 +136,7 @@ fn draw(rows: &[Row], folder: &std::path::Path) -> bristle_charts::Result<()> {
     let table = ratio::markdown(&ratio::compare(rows, OURS), OURS);
     let path = folder.join("peers_ratio.md");
     fs::write(&path, &table).map_err(|error| format!("{}: {error}", path.display()))?;
-    println!("{}\n\n{table}", path.display());
+    println!("{}\n\n{table}\n{}", path.display(), counts::markdown(rows));
     Ok(())
 }
 

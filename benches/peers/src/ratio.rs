@@ -8,10 +8,8 @@
 //! Between two points that belong to different methods, or lie far apart, the interpolation
 //! flatters its side a little: peers and ours alike.
 
+use crate::counts::LEVELS;
 use crate::row::Row;
-
-/// The errors at which sides are compared.
-pub(crate) const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-9];
 
 /// What a side pays for an error.
 #[derive(Debug, Clone, PartialEq)]

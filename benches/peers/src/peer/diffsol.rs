@@ -182,12 +182,13 @@ fn each_leg<S: System<f64, N>, const N: usize>(
         problem.ode_options.min_timestep = 1e-16;
         solve(&problem, leg).map_err(|error| failure(&error))
     };
-    drive(
-        field,
-        |leg, start| {
-            if is_told { told(field, leg, start, piece) } else { Ok(piece(leg, start)?.part) }
-        },
-    )
+    drive(field, |leg, start| {
+        if is_told {
+            told(field, leg, start, tolerance, piece)
+        } else {
+            Ok(piece(leg, start)?.part)
+        }
+    })
 }
 
 fn sample<'p, E, O, const N: usize>(

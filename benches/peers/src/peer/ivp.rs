@@ -77,8 +77,7 @@ impl<S: System<f64, N>, const N: usize> FirstOrderSystem for Told<'_, '_, S, N> 
     }
 
     fn events(&self, time: f64, state: &[f64], out: &mut [f64]) {
-        // It takes 2e-12 for zero: far below the velocities here.
-        out[0] = 1e3 * self.0.reversal(time, &SVector::from_column_slice(state));
+        out[0] = self.0.reversal(time, &SVector::from_column_slice(state));
     }
 
     fn n_events(&self) -> usize {
@@ -103,7 +102,7 @@ fn each_piece<S: System<f64, N>, const N: usize>(
             .method(method)
             .rtol([tolerance; N])
             .atol(absolute)
-            .t_eval(leg.times.clone())
+            .dense_output(true)
             .jacobian_source(JacobianSource::UserProvided)
             .solve()
             .map_err(|error| Failure::new("error", error.to_string()))?;
@@ -115,12 +114,15 @@ fn each_piece<S: System<f64, N>, const N: usize>(
             succeeded(solution.status)?;
         }
         let last = reversal.map_or(f64::INFINITY, |it| it.0);
-        let samples = solution.t.iter().zip(&solution.y).filter(|(time, _)| **time <= last);
-        let states = samples.map(|(_, y)| SVector::from_column_slice(y)).collect();
+        // It drops the samples of `t_eval` in the step that ends at an event.
+        let dense = solution.continuous_sol.as_ref();
+        let at = |&time: &f64| dense.and_then(|it| it.evaluate_extrapolate(time));
+        let samples = leg.times.iter().take_while(|&&time| time <= last).map_while(at);
+        let states = samples.map(|y| SVector::from_column_slice(&y)).collect();
         let (steps, rejected) = (solution.naccpt as u64, solution.nrejct as u64);
         Ok(Piece { part: Part { states, steps, rejected }, reversal })
     };
-    drive(field, |leg, start| told(field, leg, start, piece))
+    drive(field, |leg, start| told(field, leg, start, tolerance, piece))
 }
 
 fn each_leg<S: System<f64, N>, const N: usize>(
