@@ -39,6 +39,7 @@ impl Continuation {
         loop {
             let branch = along.free(&system, parameter, guess)?;
             let border = match (branch.end, branch.special().last()) {
+                _ if !branch.points[0].orbit.is_stable() => return Err(PeriodicError::Unstable),
                 (BranchEnd::Lost(error), _) => return Err(error),
                 (BranchEnd::Range, _) => return Ok(None),
                 (_, Some(&border)) => border,
