@@ -84,7 +84,7 @@ fn control_loop(
     ControlLoopParameters { contact: *contact, mechanism, controller }
 }
 
-/// Where loops end over two gains, and where their cycle loses its stability.
+/// Where loops end over two gains, and where their stable cycles end.
 fn map(
     contact: &Friction,
     cycle: &Orbit<4>,
@@ -134,7 +134,7 @@ fn map(
         .title("Hunting over two gains (white: comes to rest)")
         .heat_map(HeatMap::new("amplitude (mm)", integral, derivative, amplitude))
         .line("large motions grow below", Colour::Black.dashed(), grows)
-        .marked_line("the cycle is stable below", Colour::Blue, Colour::Blue, border)
+        .marked_line("cycles end", Colour::Blue, Colour::Blue, border)
         .own_legend())
 }
 
@@ -174,7 +174,7 @@ fn by_hand(
     Ok(())
 }
 
-/// The derivative gain at which the cycle loses its stability, over the integral gain.
+/// The derivative gain beyond which nothing hunts, over the integral gain.
 fn border(contact: &Friction, cycle: &Orbit<4>) -> bristle_charts::Result<Vec<(f64, f64)>> {
     let across = Continuation {
         first_step: -30.0,
@@ -185,14 +185,14 @@ fn border(contact: &Friction, cycle: &Orbit<4>) -> bristle_charts::Result<Vec<(f
     let of = |integral: f64| ControlLoop::new(control_loop(contact, integral, 20.0));
     let less = across.free(of, 400.0, cycle.guess())?;
     let more = Continuation { first_step: 30.0, ..across }.free(of, 400.0, cycle.guess())?;
-    let mut border = Vec::new();
-    for start in less.points.iter().step_by(2).chain(more.points.iter().skip(1).step_by(2)) {
+    let mut border: Vec<_> = less.special().map(|point| (point.parameter, 20.0)).collect();
+    let starts = less.points.iter().chain(more.points.iter().skip(1));
+    for start in starts.filter(|point| point.kind == PointKind::Regular) {
         let integral = start.parameter;
-        let up =
-            Continuation { first_step: 1.0, stable_only: true, ..Continuation::over(10.0..80.0) };
+        let up = Continuation { first_step: 1.0, ..Continuation::over(10.0..80.0) };
         let of = |derivative: f64| ControlLoop::new(control_loop(contact, integral, derivative));
-        let branch = up.free(of, 20.0, start.orbit.guess())?;
-        border.extend(branch.special().next().map(|point| (integral, point.parameter)));
+        let end = up.border(of, 20.0, start.orbit.guess())?;
+        border.extend(end.map(|point| (integral, point.parameter)));
     }
     border.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(border)
@@ -254,7 +254,7 @@ fn amplitudes(
             special.push(at);
             stable.push(at);
             unstable.insert(0, at);
-            println!("at K_I = 400 the cycle loses its stability at K_D = {:.2} N s/m", at.0);
+            println!("at K_I = 400 the cycle loses its stability at K_D = {:.6} N s/m", at.0);
         }
     }
     Ok(Panel::new("derivative gain K_D (N s/m)", "amplitude (mm)")

@@ -10,7 +10,7 @@ use nalgebra::SVector;
 use crate::shooting::scaled_rate;
 use crate::{BranchEnd, BranchPoint, Continuation, Guess, Orbit, PeriodicError};
 
-/// Beyond a border, as a share of the parameter, what leaves the cycle is simulated, from a start
+/// Beyond a border, by this share of the range, what leaves the cycle is simulated, from a start
 /// off it by the second share of its state, over so many periods.
 const BEYOND: f64 = 0.01;
 const OFF: f64 = 1e-3;
@@ -18,32 +18,36 @@ const LONG: f64 = 1e3;
 
 impl Continuation {
     /// Where the stable cycles through a guess at a parameter end: a fold, or a point at which the
-    /// cycle loses its stability and what leaves it comes to rest. What leaves it for another
-    /// stable cycle is followed on. None if one is stable at the end of the range.
+    /// cycle loses its stability and what leaves it comes to rest. Another stable cycle that it
+    /// leaves for is followed on. None if one is stable at the end of the range. As many points as
+    /// it takes, in the direction of `first_step`.
     ///
-    /// What leaves a cycle is simulated over a thousand periods, a hundredth of the parameter
-    /// beyond.
+    /// What leaves a cycle is simulated over a thousand periods, a hundredth of the range beyond.
     ///
     /// # Errors
     ///
-    /// As [`Continuation::free`], and why a branch was lost before it ended.
+    /// As [`Continuation::free`]; [`PeriodicError::Unstable`] if the cycle is none to begin with;
+    /// why a branch was lost before it ended.
     pub fn border<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: impl Fn(f64) -> Result<S, ParameterError>,
         parameter: f64,
         guess: Guess<N>,
     ) -> Result<Option<BranchPoint<N>>, PeriodicError> {
-        let along = Self { stable_only: true, ..self.clone() };
+        let along = Self { stable_only: true, most_points: usize::MAX, ..self.clone() };
         let (mut parameter, mut guess) = (parameter, guess);
         loop {
             let branch = along.free(&system, parameter, guess)?;
             let border = match (branch.end, branch.special().last()) {
+                _ if !branch.points[0].orbit.is_stable() => return Err(PeriodicError::Unstable),
                 (BranchEnd::Lost(error), _) => return Err(error),
-                (BranchEnd::Unstable | BranchEnd::Equilibrium, Some(&border)) => border,
-                _ => return Ok(None),
+                (BranchEnd::Range, _) => return Ok(None),
+                (_, Some(&border)) => border,
+                _ => return Err(PeriodicError::Unstable),
             };
-            parameter = border.parameter + (BEYOND * border.parameter).copysign(self.first_step);
-            match self.left(&system(parameter)?, &border.orbit) {
+            let beyond = BEYOND * (self.range.end - self.range.start);
+            parameter = border.parameter + beyond.copysign(self.first_step);
+            match self.left(&system(parameter)?, &border.orbit)? {
                 Some(orbit) => guess = orbit.guess(),
                 None => return Ok(Some(border)),
             }
@@ -55,13 +59,16 @@ impl Continuation {
         &self,
         system: &S,
         from: &Orbit<N>,
-    ) -> Option<Orbit<N>> {
+    ) -> Result<Option<Orbit<N>>, PeriodicError> {
         let normal = scaled_rate(system, &system.scales(), 0.0, &from.start);
         let apart = |state: &SVector<f64, N>| (state - from.start).component_div(&system.scales());
         let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&apart(state));
         let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
         let (start, duration) = (from.start * (1.0 + OFF), LONG * from.period);
-        let guess = self.shooting.settle(system, start, duration, &plane).ok()?;
-        self.shooting.free(system, guess).ok().filter(Orbit::is_stable)
+        let guess = self.shooting.settle(system, start, duration, &plane);
+        match guess.and_then(|guess| self.shooting.free(system, guess)) {
+            Err(PeriodicError::TooManySteps) => Err(PeriodicError::TooManySteps),
+            found => Ok(found.ok().filter(Orbit::is_stable)),
+        }
     }
 }

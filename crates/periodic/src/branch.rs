@@ -247,14 +247,15 @@ impl Continuation {
             }
             let next = match problem.correct(&at.unknowns, &at.tangent, step) {
                 Ok(next) => next,
-                Err(error @ PeriodicError::TooManySteps { .. }) => break BranchEnd::Lost(error),
-                Err(_) if step > SHORTEST => {
+                Err(error) if step < SHORTEST || error == PeriodicError::TooManySteps => {
+                    break BranchEnd::Lost(error);
+                }
+                Err(_) => {
                     step *= 0.5;
                     continue;
                 }
-                Err(error) => break BranchEnd::Lost(error),
             };
-            points.extend(problem.special(&at, &next, step));
+            points.extend(KINDS.iter().find_map(|&kind| problem.locate(kind, [&at, &next], step)));
             if points.last().is_some_and(|it| it.kind == PointKind::Hopf) {
                 break BranchEnd::Equilibrium;
             }
@@ -311,18 +312,6 @@ impl<const N: usize> Found<N> {
             _ => return self.tangent[N + 1],
         };
         product.re
-    }
-
-    /// Whether a zero of a test function is what it looks for.
-    fn is(&self, kind: PointKind, step: f64) -> bool {
-        match kind {
-            PointKind::Hopf => !self.orbit.forced && self.extent < step,
-            // Two real multipliers whose product is one, neither of them one, are nothing.
-            PointKind::Torus => {
-                self.orbit.transverse().iter().any(|it| it.log_modulus.abs() < 1e-3)
-            }
-            _ => true,
-        }
     }
 }
 
@@ -402,7 +391,7 @@ where
         let other = (self.system)(beside * self.width)?;
         let Guess { state, period } = at.guess;
         let later = self.period_at(&other, beside, &at.guess)?;
-        let moved = self.runs.end(&other, (0.0, state), later)? - run.end;
+        let moved = self.runs.end(&other, state, later)? - run.end;
         let at_end = scaled_rate(system, &self.scales, period, &run.end) * period;
         // ∂T/∂p over T: the end is followed to where the motion returns, which is less curved.
         let slower = (later / period - 1.0) / DIFFERENCE;
@@ -425,7 +414,7 @@ where
         if self.period.is_some() {
             return Ok(None);
         }
-        let middle = self.runs.end(&system, (0.0, state), 0.5 * period)?;
+        let middle = self.runs.end(&system, state, 0.5 * period)?;
         let rate = |state: &SVector<f64, N>| scaled_rate(&system, &self.scales, 0.0, state);
         let is_odd = |state: SVector<f64, N>| {
             (rate(&state) + rate(&-state)).norm() <= 1e-9 * rate(&state).norm()
@@ -446,31 +435,29 @@ where
         BranchPoint { parameter: found.unknowns.parameter * self.width, orbit, kind }
     }
 
-    /// What is special between two points, the first kind of it.
-    fn special(&self, from: &Found<N>, to: &Found<N>, step: f64) -> Option<BranchPoint<N>> {
-        KINDS.into_iter().find_map(|kind| self.locate(kind, from, to, step))
-    }
-
     /// The zero of a test function between two points.
     fn locate(
         &self,
         kind: PointKind,
-        from: &Found<N>,
-        to: &Found<N>,
+        [from, to]: [&Found<N>; 2],
         step: f64,
     ) -> Option<BranchPoint<N>> {
-        let end = |at: f64, it: &Found<N>| (at, it.test(kind, from), it.unknowns.parameter);
+        let end = |at: f64, it: &Found<N>| (at, it.test(kind, from));
         let (mut low, mut high) = (end(0.0, from), end(step, to));
         if !(low.1 * high.1 < 0.0) {
             return None;
         }
+        let is = |it: &Found<N>| match kind {
+            PointKind::Hopf => !it.orbit.forced && it.extent < step,
+            // Two real multipliers whose product is one, neither of them one, are nothing.
+            PointKind::Torus => it.orbit.transverse().iter().any(|it| it.log_modulus.abs() < 1e-3),
+            _ => true,
+        };
         let enough = match kind {
-            PointKind::Crossing => 1e-2,
-            PointKind::Hopf => 1e-3,
+            PointKind::Crossing | PointKind::Hopf => 1e-3,
             _ => 1e-9,
         };
-        let mut point = self.point(to, kind);
-        let mut is = to.is(kind, step);
+        let mut point = is(to).then(|| self.point(to, kind));
         for _ in 0..20 {
             let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             // Where branches cross, Newton's equations are singular: beside it, then.
@@ -484,16 +471,12 @@ where
             } else {
                 (high, low.1) = (new, 0.5 * low.1);
             }
-            (point, is) = (self.point(&found, kind), found.is(kind, step));
+            point = is(&found).then(|| self.point(&found, kind));
             if new.1.abs() < 1e-7 || high.0 - low.0 < enough * step {
                 break;
             }
         }
-        if kind == PointKind::Crossing {
-            let parameter = (low.2 * high.1 - high.2 * low.1) / (high.1 - low.1);
-            point.parameter = parameter * self.width;
-        }
-        is.then_some(point)
+        point
     }
 }
 

@@ -49,11 +49,6 @@ impl<M: Bristle<f64, Deflection = f64>> DrivenMass<M> {
     pub fn at_rest(&self) -> Vector3<f64> {
         Vector3::zeros()
     }
-
-    /// The friction force F \[N\] at a state.
-    pub fn friction_force(&self, state: &Vector3<f64>) -> f64 {
-        self.scene.friction_force(state)
-    }
 }
 
 /// The scene at time zero, where x = −e.

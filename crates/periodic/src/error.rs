@@ -20,11 +20,11 @@ pub enum PeriodicError {
         reason: StopReason,
     },
     /// The limit on the steps of all runs of a search is used up.
-    #[error("the limit of {limit} steps for all runs is used up: see Shooting::most_steps")]
-    TooManySteps {
-        /// The limit.
-        limit: u64,
-    },
+    #[error("the runs need more steps than Shooting::most_steps allows")]
+    TooManySteps,
+    /// The cycle whose border was asked for is not stable.
+    #[error("the cycle near the guess is not stable")]
+    Unstable,
     /// The system gives no derivatives, which the multipliers are made of.
     #[error("the system gives no derivatives: write its `linearised`")]
     NoDerivatives,
@@ -55,6 +55,7 @@ impl<const N: usize> From<Failure<f64, N>> for PeriodicError {
     fn from(failure: Failure<f64, N>) -> Self {
         match failure.reason {
             StopReason::Refused(refused) => Self::Refused(refused),
+            StopReason::TooManySteps { .. } => Self::TooManySteps,
             reason => Self::Run { time: failure.time, reason },
         }
     }

@@ -25,7 +25,7 @@ use core::ops::ControlFlow;
 
 use bristle::Branch;
 use bristle::ode::{
-    Automatic, Event, Failure, Observer, Occurrence, Solver, Step, StopReason, System, Tolerances,
+    Automatic, Event, Failure, Output, Solver, Statistics, Step, System, Tolerances, Trajectory,
 };
 use bristle::parameter::Named;
 use nalgebra::{SMatrix, SVector};
@@ -51,7 +51,7 @@ const TERMS: u32 = 17;
 pub(crate) struct Flow<const N: usize> {
     /// The state at the end.
     pub(crate) end: SVector<f64, N>,
-    /// The factors of Φ, the first first, in units of the scales; the last with the sign of the runs.
+    /// The factors of Φ, the first first, in units of the scales.
     pub(crate) factors: Vec<SMatrix<f64, N, N>>,
     /// How far the run went from its start, over the scales.
     pub(crate) extent: f64,
@@ -71,7 +71,6 @@ pub(crate) struct Runs {
     tolerance: f64,
     /// By what the end of a run is multiplied: −1 in a mirror, else 1.
     pub(crate) sign: f64,
-    most: u64,
     /// Steps that may still be taken.
     left: Cell<u64>,
 }
@@ -79,100 +78,77 @@ pub(crate) struct Runs {
 impl Runs {
     /// Runs with a tolerance of a step and a limit on the steps of all of them.
     pub(crate) fn new(tolerance: f64, most: u64) -> Self {
-        Self { tolerance, sign: 1.0, most, left: Cell::new(most) }
+        Self { tolerance, sign: 1.0, left: Cell::new(most) }
     }
 
-    /// A run over a duration > 0; answers with its last state.
-    fn stream<S: System<f64, N, K>, O: Observer<f64, N>, const N: usize, const K: usize>(
+    fn solver<const N: usize>(
+        &self,
+        scales: SVector<f64, N>,
+        duration: f64,
+    ) -> Result<Solver<f64, Automatic, N>, PeriodicError> {
+        Named("period", duration).positive()?;
+        let tolerances = Tolerances::scaled(self.tolerance, scales)?;
+        Ok(Solver::adaptive(Automatic, tolerances).with_most_steps(self.left.get()))
+    }
+
+    /// Counts the steps of a run.
+    fn counted<R, const N: usize>(
+        &self,
+        run: Result<R, Box<Failure<f64, N>>>,
+        statistics: impl Fn(&R) -> Statistics,
+    ) -> Result<R, PeriodicError> {
+        let taken = run.as_ref().map_or_else(|failed| failed.statistics, statistics);
+        self.left.set(self.left.get().saturating_sub(taken.steps + taken.rejected));
+        run.map_err(|failed| (*failed).into())
+    }
+
+    /// A run with its derivatives over a duration > 0.
+    pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
         (start_time, start): (f64, SVector<f64, N>),
         duration: f64,
-        events: &[Event<'_, f64, N>],
-        observer: &mut O,
-    ) -> Result<SVector<f64, N>, PeriodicError> {
-        Named("period", duration).positive()?;
-        let tolerances = Tolerances::scaled(self.tolerance, system.scales())?;
-        let left = self.left.get();
-        let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(left);
-        let run = solver.stream(system, start_time..start_time + duration, start, events, observer);
-        let taken = run.as_ref().map_or_else(|it| it.statistics, |it| it.statistics);
-        self.left.set(left.saturating_sub(taken.steps + taken.rejected));
-        match run {
-            Err(Failure { reason: StopReason::TooManySteps { .. }, .. }) => {
-                self.left.set(0);
-                Err(PeriodicError::TooManySteps { limit: self.most })
-            }
-            run => Ok(run?.state),
-        }
-    }
-
-    /// A run with its derivatives.
-    pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
-        &self,
-        system: &S,
-        start: (f64, SVector<f64, N>),
-        duration: f64,
     ) -> Result<Flow<N>, PeriodicError> {
-        let scales = system.scales();
+        let (scales, span) = (system.scales(), start_time..start_time + duration);
         let (mut factors, mut extent) = (Factors { list: Vec::new(), turned: 0.0 }, 0.0);
-        let mut failed = None;
-        let end = self.stream(system, start, duration, &[], &mut |step: &Step<f64, N>| {
-            extent = f64::max(extent, (step.end() - start.1).component_div(&scales).norm());
-            failed = append(system, step, &scales, &mut factors).err();
-            if failed.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        })?;
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        let mut factors = factors.list;
-        if let Some(last) = factors.last_mut() {
+        let mut failed = Ok(());
+        let mut observer = |step: &Step<f64, N>| {
+            extent = f64::max(extent, (step.end() - start).component_div(&scales).norm());
+            failed = append(system, step, &scales, &mut factors);
+            if failed.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let run = self.solver(scales, duration)?.stream(system, span, start, &[], &mut observer);
+        let end = self.counted(run.map_err(Box::new), |it| it.statistics)?.state;
+        failed?;
+        if let Some(last) = factors.list.last_mut() {
             *last *= self.sign;
         }
-        Ok(Flow { end: end * self.sign, factors, extent })
+        Ok(Flow { end: end * self.sign, factors: factors.list, extent })
     }
 
-    /// The end of a run.
-    pub(crate) fn end<S: System<f64, N, K>, const N: usize, const K: usize>(
-        &self,
-        system: &S,
-        start: (f64, SVector<f64, N>),
-        duration: f64,
-    ) -> Result<SVector<f64, N>, PeriodicError> {
-        let mut passages = Passages(Vec::new());
-        Ok(self.stream(system, start, duration, &[], &mut passages)? * self.sign)
-    }
-
-    /// The passages of a run from t = 0 through a section.
-    pub(crate) fn passages<S: System<f64, N, K>, const N: usize, const K: usize>(
+    /// A run from t = 0 over a duration > 0; it keeps its ends and its events.
+    pub(crate) fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
         start: SVector<f64, N>,
         duration: f64,
-        section: &Event<'_, f64, N>,
-    ) -> Result<Vec<(f64, SVector<f64, N>)>, PeriodicError> {
-        let mut passages = Passages(Vec::new());
-        let section = [Event { stops: false, ..*section }];
-        self.stream(system, (0.0, start), duration, &section, &mut passages)?;
-        Ok(passages.0)
-    }
-}
-
-/// Times and states of the passages through a section.
-struct Passages<const N: usize>(Vec<(f64, SVector<f64, N>)>);
-
-impl<const N: usize> Observer<f64, N> for Passages<N> {
-    fn step(&mut self, _: &Step<f64, N>) -> ControlFlow<()> {
-        ControlFlow::Continue(())
+        events: &[Event<'_, f64, N>],
+    ) -> Result<Trajectory<f64, N>, PeriodicError> {
+        let solver = self.solver(system.scales(), duration)?;
+        let run =
+            solver.solve_with_events(system, 0.0..duration, start, events, Output::Uniform(2));
+        self.counted(run, Trajectory::statistics)
     }
 
-    fn needs_dense_output(&self, _: f64, _: f64) -> bool {
-        false
-    }
-
-    fn event(&mut self, occurrence: &Occurrence<f64, N>) -> ControlFlow<()> {
-        self.0.push((occurrence.time, occurrence.state));
-        ControlFlow::Continue(())
+    /// The end of a run from t = 0.
+    pub(crate) fn end<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        start: SVector<f64, N>,
+        duration: f64,
+    ) -> Result<SVector<f64, N>, PeriodicError> {
+        let run = self.run(system, start, duration, &[])?;
+        Ok(run.last().map_or(start, |(_, end)| end * self.sign))
     }
 }
 

@@ -350,29 +350,33 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
     duration: f64,
 ) -> Result<HuntingReport, PeriodicError> {
     Named("starts", starts.len()).count(1)?;
-    parameters.clone().checked()?;
-    let Pid { sample_time, filter_time, .. } = parameters.controller;
-    let linear = if sample_time > 0.0 {
-        None
-    } else if filter_time > 0.0 {
-        Some(abscissas(&ControlLoop::filtered(parameters.clone())?)?)
-    } else {
-        Some(abscissas(&ControlLoop::new(parameters.clone())?)?)
-    };
-    let (rest_abscissa, large_abscissa) = linear.unzip();
     let outcomes: Vec<_> = starts
         .iter()
         .map(|&start| Ok((start, parameters.outcome(start, duration)?)))
         .collect::<Result<_, PeriodicError>>()?;
     let hunts = |it: &&(f64, Outcome)| matches!(it.1, Outcome::Hunts(_));
-    let start = outcomes.iter().find(hunts).filter(|_| sample_time == 0.0);
-    let cycle = start.and_then(|&(start, _)| {
-        if filter_time > 0.0 {
-            cycle(&ControlLoop::filtered(parameters.clone()).ok()?, start, duration)
-        } else {
-            cycle(&ControlLoop::new(parameters.clone()).ok()?, start, duration)
-        }
-    });
+    let start = outcomes.iter().find(hunts).map(|it| it.0);
+    let Pid { sample_time, filter_time, .. } = parameters.controller;
+    if sample_time > 0.0 {
+        Ok(HuntingReport { rest_abscissa: None, large_abscissa: None, outcomes, cycle: None })
+    } else if filter_time > 0.0 {
+        exact(&ControlLoop::filtered(parameters.clone())?, outcomes, start, duration)
+    } else {
+        exact(&ControlLoop::new(parameters.clone())?, outcomes, start, duration)
+    }
+}
+
+/// Outcomes with what is known beyond them: the linear limits, and the cycle that the motion from a
+/// start approaches.
+fn exact<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+    outcomes: Vec<(f64, Outcome)>,
+    start: Option<f64>,
+    duration: f64,
+) -> Result<HuntingReport, PeriodicError> {
+    let (rest, large) = abscissas(system)?;
+    let cycle = start.and_then(|start| cycle(system, start, duration));
+    let (rest_abscissa, large_abscissa) = (Some(rest), Some(large));
     Ok(HuntingReport { rest_abscissa, large_abscissa, outcomes, cycle })
 }
 
@@ -467,10 +471,7 @@ pub fn hunting_map<M: Bristle<f64, Deflection = f64>>(
         let others: Vec<_> = (1..workers).map(|worker| scope.spawn(move || rows(worker))).collect();
         let mut all = rows(0);
         for other in others {
-            match other.join() {
-                Ok(rows) => all.extend(rows),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
+            all.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
         all
     });

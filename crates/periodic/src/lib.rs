@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`Shooting`] | a periodic motion of any [`System`](bristle::ode::System): [`forced`](Shooting::forced) or [`free`](Shooting::free), with its [`Multiplier`]s |
 //! | [`Shooting::prescribed`] | a bristle under a velocity that repeats, without iteration |
-//! | [`Continuation`] | the branch of such motions over a parameter, with its folds, flips, crossings, tori and Hopf points |
+//! | [`Continuation`] | the branch of such motions over a parameter, with its [`PointKind`]s; the [`border`](Continuation::border) of the stable ones |
 //! | [`DrivenMass`] | the stick-slip rig in coordinates that repeat |
 //! | [`ControlLoop`] | a position loop (P to PID) around a mass with friction, as a system |
 //! | [`hunting()`], [`hunting_map`] | does a loop hunt: a report, and a map over two gains |

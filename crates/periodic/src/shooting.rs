@@ -13,7 +13,7 @@
 //! Source: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 5.4.
 
 use bristle::Branch;
-use bristle::ode::{Direction, Event, System};
+use bristle::ode::{Direction, Event, Occurrence, System};
 use bristle::parameter::{Named, ParameterError};
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -201,8 +201,9 @@ impl Shooting {
         Named("duration", duration).positive()?;
         // A guess need not be exact.
         let runs = Runs::new(1e-9, self.most_steps);
-        let passages = runs.passages(system, start, duration, section)?;
-        settled(&passages, duration, &scales).ok_or(PeriodicError::DoesNotRepeat)
+        let section = Event { stops: false, ..*section };
+        let run = runs.run(system, start, duration, &[section])?;
+        settled(run.events(), duration, &scales).ok_or(PeriodicError::DoesNotRepeat)
     }
 }
 
@@ -220,30 +221,30 @@ pub(crate) fn time_of_return<S: System<f64, N, K>, const N: usize, const K: usiz
     let normal = scaled_rate(system, scales, 0.0, &start);
     let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&from_start(state));
     let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
-    let passages = runs.passages(system, start, LATEST * period, &plane)?;
-    let apart = |it: &&(f64, SVector<f64, N>)| from_start(&it.1).norm();
-    let closes = |it: &&(f64, SVector<f64, N>)| it.0 > LEAST * period && apart(it) < SAME;
-    let multiple = passages.iter().find(closes);
-    let returns = passages.iter().filter(|it| it.0 > EARLIEST * period);
+    let run = runs.run(system, start, LATEST * period, &[plane])?;
+    let passages = run.events();
+    let apart = |it: &&Occurrence<f64, N>| from_start(&it.state).norm();
+    let multiple = passages.iter().find(|it| it.time > LEAST * period && apart(it) < SAME);
+    let returns = passages.iter().filter(|it| it.time > EARLIEST * period);
     let nearest = || returns.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-    Ok(multiple.or_else(nearest).map_or(period, |it| it.0))
+    Ok(multiple.or_else(nearest).map_or(period, |it| it.time))
 }
 
 /// A guess from passages through a section until some time: the last passage, and the time since
 /// the latest one that is nearly as near as any.
 fn settled<const N: usize>(
-    passages: &[(f64, SVector<f64, N>)],
+    passages: &[Occurrence<f64, N>],
     end: f64,
     scales: &SVector<f64, N>,
 ) -> Option<Guess<N>> {
-    let ((time, state), earlier) = passages.split_last()?;
-    let apart = |other: &SVector<f64, N>| (other - state).component_div(scales).norm();
-    let least = earlier.iter().map(|(_, other)| apart(other)).reduce(f64::min)?;
-    let alike = |(_, other): &&(f64, SVector<f64, N>)| apart(other) <= 2.0 * least + 1e-4;
-    let period = time - earlier.iter().rev().find(alike)?.0;
+    let (last, earlier) = passages.split_last()?;
+    let apart = |it: &Occurrence<f64, N>| (it.state - last.state).component_div(scales).norm();
+    let least = earlier.iter().map(apart).reduce(f64::min)?;
+    let alike = earlier.iter().rev().find(|it| apart(it) <= 2.0 * least + 1e-4)?;
+    let period = last.time - alike.time;
     // A motion that repeated until a while ago has come to rest.
-    let goes_on = least < 1.0 && end - time < 2.0 * period;
-    goes_on.then_some(Guess { state: *state, period })
+    let goes_on = least < 1.0 && end - last.time < 2.0 * period;
+    goes_on.then_some(Guess { state: last.state, period })
 }
 
 /// A period is looked for between these parts of the one that is expected.
@@ -265,23 +266,22 @@ const CLOSE: (f64, f64) = (1e-10, 1e-7);
 /// The progress of Newton's method.
 pub(crate) struct Newton {
     most: usize,
-    /// A correction below this is not made.
-    least: f64,
-    /// Corrections below this that no longer shrink are roundings.
-    roundings: f64,
+    /// A correction below the first is not made; those below the second that no longer shrink are
+    /// roundings.
+    close: (f64, f64),
     done: usize,
     last: f64,
 }
 
 impl Newton {
-    pub(crate) fn new(most: usize, (least, roundings): (f64, f64)) -> Self {
-        Self { most, least, roundings, done: 0, last: f64::INFINITY }
+    pub(crate) fn new(most: usize, close: (f64, f64)) -> Self {
+        Self { most, close, done: 0, last: f64::INFINITY }
     }
 
     /// Whether a correction is the last one: it need not be made.
     pub(crate) fn is_over(&mut self, correction: f64) -> Result<bool, PeriodicError> {
-        let stands = correction < self.roundings && correction > 0.5 * self.last;
-        if correction < self.least || stands {
+        let stands = correction < self.close.1 && correction > 0.5 * self.last;
+        if correction < self.close.0 || stands {
             return Ok(true);
         }
         (self.done, self.last) = (self.done + 1, correction);
