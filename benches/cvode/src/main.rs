@@ -3,8 +3,9 @@
 //! SUNDIALS 6, Debian's `libsundials-dev`; elsewhere `RUSTFLAGS="-L FOLDER"`
 //! and `LD_LIBRARY_PATH`).
 //!
-//! Scenes, reference, counters and the rules of a run are those of `benches/peers`. Prints the least
-//! evaluations at each error and leaves `cvode.csv`. What is counted does not depend on the machine.
+//! Scenes, reference, counters and the rules of a run are those of `benches/peers`. Prints the
+//! least evaluations at each error and leaves `cvode.csv`. What is counted does not depend on the
+//! machine.
 #![allow(dead_code, unreachable_pub, reason = "most modules are shared")]
 
 #[path = "../../peers/src/counts.rs"]

@@ -120,8 +120,8 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
         SMatrix::from_fn(|i, j| jacobian[(i, j)] * scales[j] / scales[i])
     }
 
-    /// The speed [m/s] on the locked branch and a margin, whose zero ends the piece. With the margin
-    /// it is clearly positive where the next piece begins.
+    /// The speed [m/s] on the locked branch and a margin, whose zero ends the piece. With the
+    /// margin it is clearly positive where the next piece begins.
     pub(crate) fn reversal(&self, time: f64, state: &SVector<f64, N>) -> f64 {
         let [velocity] = self.scene.system.sliding_velocities(time, state);
         self.branch.get().of(velocity).speed() + self.margin.get()

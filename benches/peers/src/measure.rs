@@ -26,8 +26,8 @@ const SLOW: Duration = Duration::from_millis(40);
 /// Failed settings in a row after which a method is given up on a scene; but not before
 /// [`FORGIVEN`] has been tried, as some only fail at loose tolerances.
 const PATIENCE: usize = 3;
-/// Half decades of the tolerance: 10⁻⁵.
-const FORGIVEN: u32 = 10;
+/// Half decades of the tolerance: 10⁻⁶.
+const FORGIVEN: u32 = 12;
 
 /// Half decades of the relative tolerance: 10⁻² to 10⁻¹².
 const LOOSEST: u32 = 4;
