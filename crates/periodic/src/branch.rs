@@ -411,9 +411,6 @@ where
     fn half(&self, found: &Found<N>) -> Result<Option<Unknowns<N>>, PeriodicError> {
         let Unknowns { guess: Guess { state, period }, parameter } = found.unknowns;
         let system = (self.system)(parameter * self.width)?;
-        if self.period.is_some() {
-            return Ok(None);
-        }
         let middle = self.runs.end(&system, state, 0.5 * period)?;
         let rate = |state: &SVector<f64, N>| scaled_rate(&system, &self.scales, 0.0, state);
         let is_odd = |state: SVector<f64, N>| {
@@ -421,7 +418,7 @@ where
         };
         let apart = (middle + state).component_div(&self.scales).norm();
         // Of points that are found to 3e-8.
-        let half = apart < 1e-5 && is_odd(state) && is_odd(0.5 * state);
+        let half = self.period.is_none() && apart < 1e-5 && is_odd(state) && is_odd(0.5 * state);
         let guess = Guess { state, period: 0.5 * period };
         Ok(half.then_some(Unknowns { guess, parameter }))
     }
@@ -453,10 +450,8 @@ where
             PointKind::Torus => it.orbit.transverse().iter().any(|it| it.log_modulus.abs() < 1e-3),
             _ => true,
         };
-        let enough = match kind {
-            PointKind::Crossing | PointKind::Hopf => 1e-3,
-            _ => 1e-9,
-        };
+        let is_singular = matches!(kind, PointKind::Crossing | PointKind::Hopf);
+        let enough = if is_singular { 1e-3 } else { 1e-9 };
         let mut point = is(to).then(|| self.point(to, kind));
         for _ in 0..20 {
             let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);

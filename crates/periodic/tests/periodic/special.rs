@@ -74,6 +74,28 @@ fn a_cycle_shrinks_to_its_hopf_point() {
 }
 
 #[test]
+fn a_border_is_named_whatever_it_is() {
+    // Van der Pol with time that runs forwards, and backwards: the cycle is unstable then.
+    let system = |p: f64, time: f64| {
+        Field(move |state: &Vector2<f64>| {
+            let (x, v, damping) = (state[0], state[1], p - state[0] * state[0]);
+            let by_state = Matrix2::new(0.0, 1.0, -1.0 - 2.0 * x * v, damping) * time;
+            (Vector2::new(v, damping * v - x) * time, by_state)
+        })
+    };
+    let guess = Guess { state: Vector2::new(1.4, 0.0), period: std::f64::consts::TAU };
+    let guess = Shooting::default().free(&system(0.5, 1.0), guess).unwrap().guess();
+    let along = |first_step: f64, time: f64| {
+        let along = Continuation { first_step, ..Continuation::over(-0.5..1.0) };
+        along.border(|p| Ok(system(p, time)), 0.5, guess)
+    };
+    let rest = along(-0.02, 1.0).unwrap().unwrap();
+    assert!(rest.kind == PointKind::Hopf && rest.parameter.abs() < 1e-7, "{rest:?}");
+    assert_eq!(along(0.02, 1.0), Ok(None));
+    assert_eq!(along(0.02, -1.0), Err(PeriodicError::Unstable));
+}
+
+#[test]
 fn a_torus_branches_off_where_a_complex_pair_passes_the_unit_circle() {
     // The unit circle, with u̇ = A (u − c) beside it: multipliers e^(2π λ). A focus, p ± 0.3 i, of
     // an odd system and of one that is not; a saddle whose real multipliers e^(2π p), e^(2π) have
