@@ -16,8 +16,6 @@ const ROUNDING: f64 = 1e-14;
 
 const INFINITY: f64 = f64::INFINITY;
 
-// Values
-
 #[test]
 fn every_curve_is_its_closed_form() {
     check(1024, (recipe(), velocity()), |(r, v)| {
@@ -142,8 +140,6 @@ fn lugres_force_hardly_changes_where_the_two_directions_hardly_differ() {
     assert_within(1e-11, 1.0, force(0.2 - 1e-12), 1.2, || "σ2 hardly smaller backwards".into());
 }
 
-// Branches
-
 #[test]
 fn a_branch_gives_speed_and_direction() {
     use Branch::{Backward, Forward, Free};
@@ -168,22 +164,18 @@ fn a_branch_gives_speed_and_direction() {
         assert_eq!((sliding.speed(), sliding.direction()), want, "{branch:?} {v}");
         assert!(branch.of(f64::NAN).speed().is_nan(), "{branch:?}");
     }
+    for v in [1e-300, -1e-300, 0.0, -0.0, f64::NAN] {
+        let want = if v > 0.0 {
+            Forward
+        } else if v < 0.0 {
+            Backward
+        } else {
+            Free
+        };
+        assert_eq!((Branch::towards(v), Branch::towards(-v)), (want, want.reversed()), "{v}");
+    }
     assert!(Free.of(f64::NAN).direction().is_nan());
     assert_eq!((Sliding::from(-0.3), Branch::default()), (Free.of(-0.3), Free));
-}
-
-#[test]
-fn a_branch_follows_the_sign_of_the_velocity() {
-    for (v, branch) in [
-        (1e-300, Branch::Forward),
-        (-1e-300, Branch::Backward),
-        (0.0, Branch::Free),
-        (-0.0, Branch::Free),
-        (f64::NAN, Branch::Free),
-    ] {
-        assert_eq!(Branch::towards(v), branch, "{v}");
-        assert_eq!(Branch::towards(-v), branch.reversed(), "{v}");
-    }
 }
 
 #[test]
@@ -271,8 +263,6 @@ fn a_table_continues_its_first_cubic_to_speeds_of_the_wrong_sign() {
         );
     }
 }
-
-// Bounds
 
 /// Extreme of a function of the speed on ever finer grids about the best sample; `sign` +1 for the
 /// largest, −1 for the smallest value. Kinks can be as close together as they like and are sampled
@@ -391,8 +381,6 @@ fn ranges_unite_and_know_a_constant() {
     assert!(Bounds::constant(0.3).is_constant() && !a.is_constant());
 }
 
-// Tables
-
 /// Tables of five to many knots at random distances and heights.
 fn knots() -> impl Strategy<Value = [(f64, f64); 6]> {
     (prop::array::uniform6(decades(1e-4, 1e1)), prop::array::uniform6(0.1..2.0)).prop_map(
@@ -490,16 +478,17 @@ fn two_knots_make_a_line_or_an_arc_that_ends_level() {
     assert_eq!(falling.bounds(INFINITY), Bounds { min: 0.2, max: 0.4 });
 }
 
-// Regularisations
-
 #[test]
 fn every_regularisation_is_its_closed_form() {
     check(1024, (recipe(), velocity()), |(r, v)| {
         for (modulus, subject) in regularisations::<f64>(&r) {
             let name = || format!("{modulus:?} at v = {v:e}");
-            let (speed, sign) = (modulus.speed(&r, v), modulus.sign(&r, v));
-            assert_within(ROUNDING, speed, subject.speed(v.into()), speed, name);
-            assert_within(ROUNDING, sign.abs(), subject.sign(v.into()), sign, name);
+            let all =
+                |v: f64| (subject.speed_and_slope(v.into()), subject.sign_and_slope(v.into()));
+            let ((speed, slope), (sign, sign_slope)) = all(v);
+            let want = (modulus.speed(&r, v), modulus.sign(&r, v));
+            assert_within(ROUNDING, want.0, speed, want.0, name);
+            assert_within(ROUNDING, want.1.abs(), sign, want.1, name);
             let at_rest = match modulus {
                 Modulus::Exact => 0.0,
                 Modulus::SquareRoot => r.epsilon.sqrt(),
@@ -507,29 +496,18 @@ fn every_regularisation_is_its_closed_form() {
             };
             assert_within(ROUNDING, at_rest, subject.speed_at_rest(), at_rest, name);
             assert_within(ROUNDING, at_rest, subject.speed(0.0.into()), at_rest, name);
-        }
-    });
-}
-
-#[test]
-fn a_regularised_speed_is_larger_and_its_sign_smaller() {
-    check(1024, (recipe(), velocity()), |(r, v)| {
-        for (modulus, subject) in regularisations::<f64>(&r) {
-            let name = || format!("{modulus:?} at v = {v:e}");
-            let all =
-                |v: f64| (subject.speed_and_slope(v.into()), subject.sign_and_slope(v.into()));
-            let ((speed, slope), (sign, sign_slope)) = all(v);
-            // Half a rounding of a root, a quotient, a tanh.
+            // The speed is larger, and its sign smaller, up to half a rounding of a root, a
+            // quotient, a tanh.
             let up = 1.0 + 2.0 * f64::EPSILON;
             assert!(speed * up >= v.abs(), "{}", name());
             assert!(speed <= (v.abs() + subject.speed_at_rest()) * up, "{}", name());
-            assert!(sign.abs() <= up, "{}", name());
-            assert!(slope.abs() <= up && sign_slope >= 0.0, "{}", name());
+            assert!(sign.abs() <= up && slope.abs() <= up && sign_slope >= 0.0, "{}", name());
             assert_within(ROUNDING, v.abs(), sign * speed, v, name);
-            // Even and odd, to the last bit.
+            // Even and odd, to the last bit; alone as with its slope.
             assert_eq!(all(-v), ((speed, -slope), (-sign, sign_slope)), "{}", name());
             let alone = (subject.speed((-v).into()), subject.sign((-v).into()));
             assert_eq!(alone, (subject.speed(v.into()), -subject.sign(v.into())), "{}", name());
+            assert_within(ROUNDING, want.1.abs(), alone.1, -want.1, name);
         }
     });
 }

@@ -11,7 +11,6 @@ use bristle_specimens::closed_form::Curve;
 use bristle_specimens::recipe::{Recipe, recipe, state};
 use bristle_specimens::specimens::{curves, function, implicit, kelvin_voigt, stribeck, tabulated};
 use bristle_specimens::{assert_within, check};
-use num_dual::{Dual2_64, Dual64};
 
 type Table2 = ImplicitBristle<Stribeck<f64>>;
 
@@ -19,8 +18,6 @@ fn table_2() -> (Table2, FrBd<Stribeck<f64>, KelvinVoigt<f64>>) {
     let (curve, bristle) = bristle_specimens::specimens::table_2();
     (implicit(curve, bristle), FrBd::new(curve, bristle))
 }
-
-// The balance
 
 #[test]
 fn it_sticks_up_to_breakaway_and_no_further() {
@@ -52,8 +49,6 @@ fn it_sticks_up_to_breakaway_and_no_further() {
     // The damper alone can break it away, at 1.5/64.5 m/s.
     assert!(model.sticks(0.0232, 0.0) && !model.sticks(0.0233, 0.0));
 }
-
-// The solution
 
 /// A Stribeck curve whose speeds a test sees, and which is no number where the test says so.
 pub(super) fn watched(
@@ -167,34 +162,6 @@ fn an_answer_at_the_far_end_of_its_bracket_is_met() {
 }
 
 #[test]
-fn the_derivatives_of_dual_numbers_are_of_first_order() {
-    // Parameters can carry the derivative, too: ∂v_s/∂μ_d at a fixed load is −∂f/∂μ_d / Φ', with
-    // Φ' = 23.9 in Table 2.
-    let (model, _) = table_2();
-    let z = model.stationary(5.5e-3);
-    let by_hand = model.linearised(5.5e-3, z).rate_by_deflection;
-    let curve = Stribeck::new(bristle::curve::StribeckParameters {
-        static_coefficient: Dual64::new(1.5, 0.0),
-        dynamic_coefficient: Dual64::new(1.0, 1.0),
-        stribeck_velocity: Dual64::from(0.01),
-        stribeck_exponent: Dual64::from(2.0),
-        viscous_friction: Dual64::from(0.04),
-    })
-    .unwrap();
-    let dual = implicit(curve, kelvin_voigt(Dual64::from(1e4), Dual64::from(64.5)));
-    let got = dual.tip_velocity(Dual64::from(5.5e-3), Dual64::from(z)).eps;
-    let want = -(1.0 - (-0.3025_f64).exp()) * (-by_hand / 1e4);
-    assert_within(1e-12, want.abs(), got, want, || "∂v_s/∂μ_d".into());
-    // The second derivative of a twice dual number is not right, which the documentation says; its
-    // value and first derivative are.
-    let (curve, bristle) = bristle_specimens::specimens::table_2::<Dual2_64>();
-    let got = implicit(curve, bristle).rate(Dual2_64::from(5.5e-3), Dual2_64::new(z, 1.0, 0.0));
-    assert_within(1e-12, by_hand.abs(), got.v1, by_hand, || "∂ż/∂z".into());
-}
-
-// Least slopes and refusals
-
-#[test]
 fn the_least_slope_of_every_curve_is_its_least_slope() {
     check(64, recipe(), |r| {
         for (curve, subject) in curves::<f64>(&r) {
@@ -272,8 +239,6 @@ fn what_has_no_single_answer_is_refused_by_name() {
     assert!(ImplicitBristle::new(function::<f64>(&r), kelvin_voigt(1e4, 64.5)).is_ok());
     assert!(ImplicitBristle::new(tabulated::<f64>(&r), kelvin_voigt(1e4, 64.5)).is_ok());
 }
-
-// Beside FrBD
 
 #[test]
 fn in_the_stribeck_range_disturbances_fade_thirteen_times_as_fast_as_with_frbd() {

@@ -18,8 +18,6 @@ use bristle_specimens::specimens::{
     square_root, stribeck, table_2_frbd,
 };
 
-// One parameter at a time
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Positive,
@@ -211,8 +209,6 @@ fn every_parameter_refuses_what_is_out_of_its_range() {
     every_parameter_refuses::<f32>(1e-18, 1e15, 1e-45, f32::MAX);
 }
 
-// Rules between parameters
-
 #[test]
 fn static_friction_is_at_least_dynamic_friction() {
     let just_below = 0.5_f64.next_down();
@@ -384,8 +380,6 @@ fn a_stribeck_exponent_lies_between_a_tenth_and_a_hundred() {
     }
 }
 
-// What is let through works
-
 /// Moderate parameters with one at a limit, with several Stribeck exponents.
 fn single_extremes(least: f64, most: f64) -> impl Iterator<Item = (Recipe, f64)> {
     let moderate = Recipe { epsilon: 1e-6, threshold: 1e-6, ..Recipe::TABLE_2 };
@@ -539,8 +533,6 @@ fn no_answer_is_a_number_where_the_velocity_is_not_and_no_step_goes_backwards() 
         assert_eq!(contact.limits(-0.3), contact.limits(0.3));
     }
 }
-
-// Rest, load and pole
 
 #[test]
 fn at_rest_the_free_branch_holds_the_bristle() {

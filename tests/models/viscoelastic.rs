@@ -8,34 +8,23 @@ use bristle::rheology::{
     MaxwellParameters, Rheology, ZenerParameters,
 };
 use bristle::{Bristle, FrBd, Law, ParameterError, Rule, Scalar};
-use bristle_specimens::recipe::{Recipe, decades, nonzero_velocity, recipe, velocity};
+use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
 use bristle_specimens::specimens::{kelvin_voigt, spring, stribeck};
 use bristle_specimens::viscoelastic::{
-    Change, Form, arms, case, every, maxwell, own_arms, parts, specimens, stretches, varying, zener,
+    Change, arms, case, every, maxwell, own_arms, parts, specimens, stretches, varying, zener,
 };
 use bristle_specimens::{assert_within, check, lit};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector2, Vector3};
-use num_dual::Dual64;
 use proptest::prelude::*;
 
 /// A few dozen roundings relative to the sum of the absolute terms.
 const ROUNDING: f64 = 1e-12;
 
-// Laws
-
-/// ż by the formula, and the sum of its absolute terms.
-fn common_rate(form: &Form, v: f64, x: &[f64]) -> (f64, f64) {
-    let (size, sum) = form.carried(x);
-    let (mu, speed) = (form.mu(v), form.speed(v));
-    let g = mu + form.damping(v) * speed;
-    ((mu * v - speed * sum) / g, (mu * v.abs() + speed * size) / g)
-}
-
 #[test]
 fn every_spring_follows_the_common_rate_and_decays_on_its_own() {
     every(64, |specimen, v, x| {
         let (form, name) = (&specimen.form, || specimen.name());
-        let (rate, terms) = common_rate(form, v, x);
+        let (rate, terms) = form.common_rate(v, x);
         for ((got, a), x) in specimen.subject.rate(v, x).iter().zip(form.decay(v)).zip(x) {
             assert_within(ROUNDING, terms + a * x.abs(), *got, rate - a * x, name);
         }
@@ -55,7 +44,7 @@ fn surface_and_dashpots_dissipate_each_for_itself_in_every_state() {
     every(64, |specimen, v, x| {
         let (form, subject, name) = (&specimen.form, &specimen.subject, || specimen.name());
         let p = form.recipe.load;
-        let (common, terms) = common_rate(form, v, x);
+        let (common, terms) = form.common_rate(v, x);
         let force = subject.force(v, x);
         // p Σ Kᵢ xᵢ yᵢ
         let sum = |y: &[f64]| {
@@ -117,45 +106,8 @@ fn steady_sliding_is_on_the_curve_with_a_static_spring_and_creeps_without() {
         let scale = want.abs() + p * form.carried(&x).0;
         assert_within(ROUNDING, scale, subject.stationary_force(v), want, name);
         for (rate, (x, a)) in subject.rate(v, &x).iter().zip(x.iter().zip(form.decay(v))) {
-            let scale = common_rate(form, v, &subject.stationary(v)).1 + a * x.abs();
+            let scale = form.common_rate(v, &subject.stationary(v)).1 + a * x.abs();
             assert_within(ROUNDING, scale, *rate, 0.0, name);
-        }
-    });
-}
-
-#[test]
-fn the_derivatives_are_those_of_dual_numbers() {
-    let strategy = (recipe(), parts(), nonzero_velocity(), prop::array::uniform5(-3.0..3.0));
-    check(48, strategy, |(r, p, v, forces)| {
-        let duals = specimens::<Dual64>(&r, &p);
-        for (exact, dual) in specimens::<f64>(&r, &p).iter().zip(&duals) {
-            let (form, x) = (&exact.form, stretches(&exact.form, &forces));
-            let along: Vec<f64> = x.iter().rev().map(|x| 1e-6 + x).collect();
-            let lifted = |each: &dyn Fn(f64, f64) -> Dual64| -> Vec<Dual64> {
-                x.iter().zip(&along).map(|(x, a)| each(*x, *a)).collect()
-            };
-            let by_velocity = (Dual64::new(v, 1.0), lifted(&|x, _| x.into()));
-            let by_state = (Dual64::from(v), lifted(&Dual64::new));
-            let (rate_v, force_v, rate_x, force_x) = exact.subject.derivatives(v, &x, &along);
-            let (rate, terms) = common_rate(form, v, &x);
-            let along_terms = common_rate(form, v, &along).1;
-            // Slopes over the velocities on which the curve, the dashpots and |v| change.
-            let least = v.abs().min(r.stribeck_velocity).min(r.varying_velocity);
-            let force_terms = r.load * (form.carried(&x).0 + form.damping(v) * terms);
-            let name = |of| move || format!("{} {of}", exact.name());
-            let want = dual.subject.force(by_velocity.0, &by_velocity.1).eps;
-            assert_within(ROUNDING, 10.0 * force_terms / least, force_v, want, name("∂F/∂v"));
-            let want = dual.subject.force(by_state.0, &by_state.1).eps;
-            let scale = r.load * form.carried(&along).0;
-            assert_within(ROUNDING, scale, force_x, want, name("∂F/∂x"));
-            let want_v = dual.subject.rate(by_velocity.0, &by_velocity.1);
-            let want_x = dual.subject.rate(by_state.0, &by_state.1);
-            for (i, a) in form.decay(v).into_iter().enumerate() {
-                let scale = (10.0 * (terms + a * x[i].abs()) + rate.abs()) / least;
-                assert_within(ROUNDING, scale, rate_v[i], want_v[i].eps, name("∂ẋ/∂v"));
-                let scale = along_terms + a * along[i].abs();
-                assert_within(ROUNDING, scale, rate_x[i], want_x[i].eps, name("∂ẋ/∂x"));
-            }
         }
     });
 }
@@ -208,25 +160,6 @@ fn a_run_from_rest_keeps_its_force_within_the_curve() {
         }
     });
 }
-
-#[test]
-fn from_a_prepared_state_the_force_relaxes_above_the_curve() {
-    // Two springs stretched against each other carry nothing together; at rest the one behind the
-    // dashpot lets go, and the other is left with 3 max μ. It is passive all the same.
-    let r = Recipe::TABLE_2;
-    let bristle = zener(1e4, 1e4, 100.0);
-    let contact = FrBd::new(stribeck(&r, 2.0), bristle).under_load(1.0).unwrap();
-    let prepared = Vector2::new(4.5e-4, -4.5e-4);
-    let limit = contact.limits(0.0).force.unwrap();
-    assert_eq!(contact.force(0.0, prepared), 0.0);
-    let relaxed = contact.hold(0.0, prepared, 1.0);
-    assert!(relaxed.end_force > 2.99 * limit, "{} and {limit}", relaxed.end_force);
-    assert!(contact.stored_energy(relaxed.deflection) < contact.stored_energy(prepared));
-    // That the model does not claim.
-    assert!(!contact.model().obeys(Law::BoundedForce));
-}
-
-// The exact step
 
 /// Decay rates; row; state; length and drive; end; mean. By mpmath: eigenvectors of the symmetric
 /// matrix (`eigsy`) with 90 digits, then φ functions. In the last two a spring of a millionth
@@ -392,8 +325,6 @@ fn nothing_happens_in_no_time() {
     });
 }
 
-// Passive steps in a mechanism
-
 /// What a passive step says, for any prediction and any mean velocity.
 fn assert_passive_step<R: Rheology<f64>>(
     r: &Recipe,
@@ -447,8 +378,6 @@ fn a_passive_step_balances_its_energy_for_any_prediction() {
         assert_passive_step(&r, bristle, step, three);
     });
 }
-
-// Limits
 
 #[test]
 fn one_static_arm_is_a_kelvin_voigt_bristle() {
@@ -553,8 +482,6 @@ fn a_fast_arm_is_a_dashpot_and_a_slow_one_a_spring() {
     assert_alike(pulled(zener(1e4, 2e4, 1e-9)), pulled(spring(1e4)), 1e-8);
 }
 
-// The complex modulus
-
 #[test]
 fn the_complex_modulus_is_the_sum_of_its_arms() {
     check(128, (parts(), decades(1e-12, 1e12)), |(p, omega)| {
@@ -577,25 +504,6 @@ fn the_complex_modulus_is_the_sum_of_its_arms() {
     assert_eq!((flowing.re, flowing.im), (0.0, 0.0));
     let fast = zener(1e4, 2e4, 50.0).complex_modulus(1e300);
     assert_within(ROUNDING, 3e4, fast.re, 3e4, || "G'(∞)".into());
-}
-
-#[test]
-fn a_spring_in_a_row_with_a_kelvin_voigt_element_is_a_zener_bristle() {
-    let of_each = || decades(1e1, 1e8);
-    check(
-        128,
-        (of_each(), of_each(), decades(1e-2, 1e6), decades(1e-6, 1e8)),
-        |(k1, k2, eta, w)| {
-            let s = k1 / (k1 + k2);
-            let got = zener(s * k2, s * k1, s * s * eta).complex_modulus(w);
-            // 1/(1/k₁ + 1/(k₂ + iωη)).
-            let size = k2 * k2 + (w * eta).powi(2);
-            let (re, im) = (1.0 / k1 + k2 / size, -w * eta / size);
-            let (storage, loss) = (re / (re * re + im * im), -im / (re * re + im * im));
-            assert_within(ROUNDING, storage, got.re, storage, || format!("G' at {w:e}"));
-            assert_within(ROUNDING, loss, got.im, loss, || format!("G'' at {w:e}"));
-        },
-    );
 }
 
 #[test]
@@ -637,8 +545,6 @@ fn a_small_oscillation_is_answered_by_the_complex_modulus() {
     }
 }
 
-// A scene
-
 #[cfg(feature = "alloc")]
 #[test]
 fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
@@ -673,8 +579,6 @@ fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
     let slope = (rate(0.05 + 1e-6, start) - rate(0.05 - 1e-6, start)) / 2e-6;
     assert!((slope - tangent.by_time).amax() < 1e-7 * slope.amax(), "{slope} {}", tangent.by_time);
 }
-
-// Bad input
 
 #[test]
 fn what_makes_no_bristle_is_refused_by_name() {

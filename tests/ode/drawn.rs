@@ -14,6 +14,8 @@ use bristle::signal::{Polyline, Sine, SineParameters, Vertex};
 use bristle::{Branch, Bristle, Contact, FrBd, LuGre, Mechanism, paper};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::implicit::Set;
+use bristle_specimens::ode::Field;
+use bristle_specimens::specimens::table_2;
 use nalgebra::{SVector, Vector1, Vector2};
 
 use crate::blind_spots::METHODS;
@@ -37,7 +39,7 @@ fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
 }
 
 /// The largest distance of two solutions in any state, in scales.
-fn distance<const N: usize>(
+pub(crate) fn distance<const N: usize>(
     a: &Trajectory<f64, N>,
     b: &Trajectory<f64, N>,
     scales: &SVector<f64, N>,
@@ -172,22 +174,6 @@ impl<const N: usize> System<f64, N, 0> for Logistic<N> {
     }
 }
 
-/// ṙ = λ r (1 − r²), θ̇ = ω in the plane: r² grows as a logistic curve of rate 2λ.
-struct Hopf {
-    rate: f64,
-    frequency: f64,
-}
-
-impl System<f64, 2, 0> for Hopf {
-    fn rate(&self, _: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Vector2<f64> {
-        let outward = self.rate * (1.0 - x.norm_squared());
-        x * outward + Vector2::new(-x[1], x[0]) * self.frequency
-    }
-    fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
-        []
-    }
-}
-
 /// Starts between 1e-19 and 1e-3 of what they grow to, and modes that die out before they grow,
 /// against closed forms.
 fn seeds(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
@@ -196,6 +182,10 @@ fn seeds(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
     let other = rate * draw.logarithmic(0.1, 10.0);
     let frequency = rate * draw.logarithmic(0.1, 10.0);
     let end = -starts[0].ln() / rate * (1.0 + 0.4 * draw.next());
+    // ṙ = λ r (1 − r²), θ̇ = ω in the plane: r² grows as a logistic curve of rate 2λ.
+    let hopf = Field(|_: f64, x: &Vector2<f64>| {
+        x * (rate * (1.0 - x.norm_squared())) + Vector2::new(-x[1], x[0]) * frequency
+    });
     // 1e10 starts, each to be followed over 40 powers of e, are more than order 4 can do.
     let least = |method| if method == AnyMethod::Rodas4 { 1e-8 } else { 1e-9 };
     for method in METHODS {
@@ -215,7 +205,7 @@ fn seeds(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
             let exact = Vector2::new(cos, sin) * radius.exact(&from, end)[0].sqrt();
             (answer.last().unwrap().1 - exact).amax()
         };
-        let scene = (&Hopf { rate, frequency }, Vector2::new(starts[0], 0.0), end);
+        let scene = (&hopf, Vector2::new(starts[0], 0.0), end);
         tally.judge(("turning seed", &methods, &tolerances), scene, (error, 0.0));
         // Dies out by at most e⁻¹⁰, and grows again.
         let ramp = (20.0 / rate * draw.next()).sqrt();
@@ -247,15 +237,6 @@ impl Floor {
     }
 }
 
-impl System<f64, 2, 0> for Floor {
-    fn rate(&self, time: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Vector2<f64> {
-        Vector2::new(x[1], self.acceleration(time, x, (-x[0]).max(0.0)))
-    }
-    fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
-        []
-    }
-}
-
 /// The same, with the height as a quantity that changes its sign: steps are split at the kink.
 struct Split(Floor);
 
@@ -284,9 +265,12 @@ fn floors(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
         force: 3.0 * draw.next(),
         frequency: draw.logarithmic(0.5, 20.0),
     };
+    let whole = Field(|time: f64, x: &Vector2<f64>| {
+        Vector2::new(x[1], floor.acceleration(time, x, (-x[0]).max(0.0)))
+    });
     let (start, end) = (Vector2::new(0.5 + draw.next(), 0.0), 8.0);
     let fine = fine((&Split(floor), start, end), AnyMethod::DormandPrince8);
-    tally.compare(("floor", &METHODS, tolerances), (&floor, start, end), fine);
+    tally.compare(("floor", &METHODS, tolerances), (&whole, start, end), fine);
 }
 
 /// An implicit bristle under a sine, whose tip begins and ceases to slip without notice.
@@ -330,35 +314,37 @@ fn friction(
 fn rigs(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
     let (load, mass) = (draw.logarithmic(1.0, 30.0), draw.logarithmic(0.1, 10.0));
     let (curve, bristle) = friction(draw, load, mass);
-    let numbers = [mass, load * curve.static_coefficient, load * bristle.micro_stiffness];
+    let is_frbd = draw.next() < 0.5;
+    let spring_stiffness = draw.logarithmic(1e-4, 0.02) * load * bristle.micro_stiffness;
+    let (drive_velocity, swing) = (draw.logarithmic(1e-3, 0.2), (mass / spring_stiffness).sqrt());
+    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.0 };
+    // Until the first slip, and a few cycles more.
+    let breakaway = load * curve.static_coefficient;
+    let end = 2.0 * breakaway / spring_stiffness / drive_velocity + 25.0 * swing;
+    let drawn = (mechanism, drive_velocity, end, load * bristle.micro_stiffness, breakaway);
     let (curve, bristle) = (Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap());
-    if draw.next() < 0.5 {
-        rig(draw, FrBd::new(curve, bristle).under_load(load).unwrap(), numbers, tolerances, tally);
+    if is_frbd {
+        rig(draw, FrBd::new(curve, bristle).under_load(load).unwrap(), drawn, tolerances, tally);
     } else {
         let friction = LuGre::classical(curve, bristle);
-        rig(draw, friction.under_load(load).unwrap(), numbers, tolerances, tally);
+        rig(draw, friction.under_load(load).unwrap(), drawn, tolerances, tally);
     }
 }
 
 fn rig<M: Bristle<f64, Deflection = f64> + Copy>(
     draw: &mut Draw,
     contact: Contact<f64, M>,
-    [mass, breakaway, stiffness]: [f64; 3],
+    (mechanism, drive_velocity, end, stiffness, breakaway): (Mechanism<f64>, f64, f64, f64, f64),
     tolerances: &[f64],
     tally: &mut Tally,
 ) {
     let setting = |name| (name, &METHODS[..], tolerances);
-    let spring_stiffness = draw.logarithmic(1e-4, 0.02) * stiffness;
-    let (drive_velocity, swing) = (draw.logarithmic(1e-3, 0.2), (mass / spring_stiffness).sqrt());
-    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.0 };
     let pulled = MassSpringDamperParameters { contact, mechanism, drive_velocity, force: 0.0 };
     let pulled = MassSpringDamper::new(pulled).unwrap();
-    // Until the first slip, and a few cycles more.
-    let end = 2.0 * breakaway / spring_stiffness / drive_velocity + 25.0 * swing;
     let scene = (&pulled, pulled.at_rest(), end);
     tally.compare(setting("stick-slip"), scene, fine(scene, AnyMethod::DormandPrince8));
 
-    let frequency = draw.logarithmic(1e-3, 0.3) * (stiffness / mass).sqrt() / 6.0;
+    let frequency = draw.logarithmic(1e-3, 0.3) * (stiffness / mechanism.mass).sqrt() / 6.0;
     let amplitude = (0.3 + 0.65 * draw.next()) * breakaway;
     let force = SineParameters { mean: 0.0, amplitude, frequency, phase: 0.0 };
     let held = MassSpringDamperParameters {
@@ -378,10 +364,13 @@ fn rig<M: Bristle<f64, Deflection = f64> + Copy>(
     tally.compare(setting("lag"), scene, fine(scene, AnyMethod::DormandPrince8));
 }
 
+fn valves(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
+    valve(|| draw.logarithmic(0.4, 2.5), 15.0, tolerances, tally);
+}
+
 /// The paper's valve under a ramp, its friction multiplied by some factors. Explicit methods need
 /// millions of steps.
-fn valves(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
-    let mut factor = || draw.logarithmic(0.4, 2.5);
+fn valve(mut factor: impl FnMut() -> f64, end: f64, tolerances: &[f64], tally: &mut Tally) {
     let (mut curve, mut bristle) = (paper::VALVE_CURVE, paper::VALVE_BRISTLE);
     let friction = factor();
     curve.static_coefficient *= friction;
@@ -395,7 +384,7 @@ fn valves(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
     let valve = paper::valve(contact, 0.4 * factor(), Polyline::new(ramp).unwrap());
     let valve = DiaphragmValve::new(valve).unwrap();
     let methods = [AnyMethod::Automatic, AnyMethod::Rodas4, AnyMethod::Rodas5P];
-    let scene = (&valve, valve.balanced(0.0), 15.0);
+    let scene = (&valve, valve.balanced(0.0), end);
     tally.compare(("valve", &methods, tolerances), scene, fine(scene, AnyMethod::Automatic));
 }
 
@@ -503,7 +492,25 @@ fn law(seed: u64, scenes: usize, tolerances: &[f64]) {
 
 #[test]
 fn a_success_is_one_on_a_few_drawn_scenes() {
-    law(3, 16, &[1e-4, 1e-7, 1e-10]);
+    law(3, KINDS.len(), &[1e-4, 1e-7, 1e-10]);
+}
+
+#[test]
+fn an_answer_of_any_method_is_near_on_the_scenes_of_the_paper() {
+    // Dormand–Prince at 1e-6 was 28 876 tolerances off here, and a Rosenbrock method at 1e-3 lost
+    // the solution.
+    let (mut draw, mut tally, tolerances) = (Draw(1), Tally::default(), [1e-3, 1e-6]);
+    let (curve, bristle) = table_2();
+    let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
+    let paper = (mechanism, 0.1, 15.0, 1e4, 1.5);
+    let contact = FrBd::new(curve, bristle).under_load(1.0).unwrap();
+    rig(&mut draw, contact, paper, &tolerances, &mut tally);
+    let contact = LuGre::classical(curve, bristle).under_load(1.0).unwrap();
+    rig(&mut draw, contact, paper, &tolerances, &mut tally);
+    valve(|| 1.0, 1.5, &tolerances, &mut tally);
+    tally.print("paper");
+    // Five methods on three scenes of two models, three on the valve, at two tolerances each.
+    assert!(tally.errors.len() >= 60 && tally.at(1.0) < 100.0, "{:?}", tally.errors);
 }
 
 #[test]

@@ -1,13 +1,12 @@
 //! Events: zeros of a function along the solution.
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
 
-use bristle::ode::{Direction, Event, Observer, Occurrence, Output, Step, System};
-use bristle_specimens::ode::{OfAny, Oscillator, every_solver, tolerance};
+use bristle::ode::{Direction, Event, Observer, Occurrence, Output, Step};
+use bristle_specimens::ode::{Field, OfAny, Oscillator, every_solver, tolerance};
 use nalgebra::Vector2;
 
 /// Times are as good as the solution: RK4 with steps of 0.05 is off by h⁴/120 = 5e-8 per radian
@@ -24,6 +23,13 @@ type Function<'a> = &'a dyn Fn(f64, &Vector2<f64>) -> f64;
 
 fn event(function: Function<'_>, direction: Direction, stops: bool) -> Event<'_, f64, 2> {
     Event { function, direction, stops }
+}
+
+/// The run of the oscillator from `start()` up to a time.
+macro_rules! run {
+    ($solver:expr, $end:expr, $events:expr) => {
+        $solver.solve_with_events(&Oscillator, 0.0..$end, start(), $events, Output::Steps).unwrap()
+    };
 }
 
 #[track_caller]
@@ -46,9 +52,7 @@ fn events_happen_where_the_function_passes_zero_in_the_direction_asked_for() {
     ] {
         every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
             let events = [event(position, direction, false)];
-            let run =
-                solver.solve_with_events(&Oscillator, 0.0..9.0, start(), &events, Output::Steps);
-            let run = run.unwrap();
+            let run = run!(solver, 9.0, &events);
             assert_times(name, run.events(), &times);
             assert_eq!(run.stopped_by(), None, "{name}");
             assert_eq!(run.last().unwrap().0, 9.0, "{name}");
@@ -94,13 +98,9 @@ fn a_run_that_stopped_goes_on_without_stopping_at_once() {
             let (mut time, mut state) = (0.0, start());
             let mut stops = Vec::new();
             while time < 12.0 {
-                let run = solver.solve_with_events(
-                    &Oscillator,
-                    time..12.0,
-                    state,
-                    &events,
-                    Output::Steps,
-                );
+                let span = time..12.0;
+                let run =
+                    solver.solve_with_events(&Oscillator, span, state, &events, Output::Steps);
                 let run = run.unwrap();
                 (time, state) = (run.last().unwrap().0, *run.last().unwrap().1);
                 stops.extend(run.events().iter().map(|event| event.time));
@@ -123,13 +123,8 @@ fn samples_end_at_a_stop() {
     let position: Function<'_> = &|_, x| x[0];
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
         let events = [event(position, Direction::Either, true)];
-        let run = solver.solve_with_events(
-            &Oscillator,
-            0.0..10.0,
-            start(),
-            &events,
-            Output::Uniform(101),
-        );
+        let output = Output::Uniform(101);
+        let run = solver.solve_with_events(&Oscillator, 0.0..10.0, start(), &events, output);
         let run = run.unwrap();
         // 0, 0.1, … 1.5 lie before π/2.
         assert_eq!(run.times().len(), 16, "{name}");
@@ -141,52 +136,49 @@ fn samples_end_at_a_stop() {
 }
 
 #[test]
-fn two_events_in_a_step_are_reported_in_the_order_of_time() {
-    // One step of length 3 at most; the events are listed in the other order, and again twice at
-    // the same time.
-    let late: Function<'_> = &|t, _| t - 0.8;
-    let early: Function<'_> = &|t, _| t - 0.2;
-    every_solver!(3.0, tolerance(1e-2), |name, solver| {
-        let events = [
-            event(late, Direction::Either, false),
-            event(early, Direction::Either, false),
-            event(early, Direction::Either, false),
-        ];
-        let solver = solver.with_first_step(1.0).unwrap();
-        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
-        let run = run.unwrap();
-        let order: Vec<usize> = run.events().iter().map(|event| event.index).collect();
-        assert_eq!(order, [1, 2, 0], "{name}");
-    });
-}
-
-#[test]
-fn an_event_after_a_stop_is_not_reported() {
-    let first: Function<'_> = &|t, _| t - 0.2;
-    let second: Function<'_> = &|t, _| t - 0.3;
-    every_solver!(3.0, tolerance(1e-2), |name, solver| {
-        let events = [
-            event(second, Direction::Either, false),
-            event(first, Direction::Either, true),
-            event(second, Direction::Either, true),
-        ];
-        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
-        let run = run.unwrap();
-        assert_eq!(run.stopped_by(), Some(1), "{name}");
-        assert_eq!(run.events().len(), 1, "{name}: {:?}", run.events());
-        assert!((run.last().unwrap().0 - 0.2).abs() < 1e-14, "{name}");
-    });
-}
-
-#[test]
-fn a_function_that_passes_zero_twice_in_a_step_is_seen_in_both_halves() {
-    let window: Function<'_> = &|t, _| (t - 0.2) * (t - 0.8);
-    every_solver!(3.0, tolerance(1e-2), |name, solver| {
-        let events = [event(window, Direction::Either, false)];
-        let solver = solver.with_first_step(1.0).unwrap();
-        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
-        assert_times(name, run.unwrap().events(), &[0.2, 0.8]);
-    });
+fn zeros_in_time_are_found_once_each_and_in_order_up_to_a_stop() {
+    let at = |zero: f64| move |t: f64, _: &Vector2<f64>| t - zero;
+    let (grid, middle, early, second, late) = (at(0.5), at(0.125), at(0.2), at(0.3), at(0.8));
+    let falls = |t: f64, _: &Vector2<f64>| 0.5 - t;
+    // Both signs of its value are seen only from the middle of a long step, by its interpolant.
+    let window = |t: f64, _: &Vector2<f64>| (t - 0.2) * (t - 0.8);
+    let ends = |t: f64, _: &Vector2<f64>| t * (t - 1.0);
+    type Case<'a> = (&'a [(Function<'a>, bool)], &'a [(usize, f64)]);
+    let cases: [Case<'_>; 9] = [
+        // The order is that of time, and of the list for the same time.
+        (&[(&late, false), (&early, false), (&early, false)], &[(1, 0.2), (2, 0.2), (0, 0.8)]),
+        (&[(&second, false), (&early, true), (&second, true)], &[(1, 0.2)]),
+        (&[(&window, false)], &[(0, 0.2), (0, 0.8)]),
+        // One at the end of the span counts, one at its start does not.
+        (&[(&ends, false)], &[(0, 1.0)]),
+        (&[(&ends, true)], &[(0, 1.0)]),
+        // 0.5 and 0.125 are the end or the middle of a step: exactly zero, rising and falling.
+        (&[(&grid, false), (&middle, false)], &[(1, 0.125), (0, 0.5)]),
+        (&[(&grid, true)], &[(0, 0.5)]),
+        (&[(&falls, true)], &[(0, 0.5)]),
+        (&[(&falls, false)], &[(0, 0.5)]),
+    ];
+    for (step, first) in [(3.0, 1.0), (0.25, 1e-3), (0.5, 0.5)] {
+        every_solver!(step, tolerance(1e-2), |name, solver| {
+            let solver = solver.with_first_step(first).unwrap();
+            for (case, (functions, occurrences)) in cases.iter().enumerate() {
+                let listed: Vec<_> = functions
+                    .iter()
+                    .map(|&(function, stops)| event(function, Direction::Either, stops))
+                    .collect();
+                let run = run!(solver, 1.0, &listed);
+                let times: Vec<f64> = occurrences.iter().map(|at| at.1).collect();
+                assert_times(name, run.events(), &times);
+                let order = run.events().iter().map(|event| event.index);
+                assert!(order.eq(occurrences.iter().map(|at| at.0)), "{name}: {case}");
+                let &(last, time) = occurrences.last().unwrap();
+                let stop = functions[last].1.then_some(last);
+                assert_eq!(run.stopped_by(), stop, "{name}: {case}");
+                let end = if stop.is_some() { time } else { 1.0 };
+                assert!((run.last().unwrap().0 - end).abs() < 1e-14, "{name}: {case}");
+            }
+        });
+    }
 }
 
 #[test]
@@ -197,43 +189,13 @@ fn a_limit_on_the_step_finds_what_is_shorter_than_a_step() {
     let solver = solver.with_largest_step(0.15).unwrap();
     for solver in [solver, solver.with_first_step(1.0).unwrap()] {
         let events = [event(window, Direction::Either, false)];
-        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
-        let run = run.unwrap();
+        let run = run!(solver, 1.0, &events);
         assert_times("limited", run.events(), &[0.1, 0.3]);
         for times in run.times().windows(2) {
             // A step that nearly reaches the end may be stretched to it, by a thousandth.
             assert!(times[1] - times[0] <= 0.15 * 1.001, "{times:?}");
         }
     }
-}
-
-#[test]
-fn an_event_at_an_end_of_the_span_counts_at_the_end_and_not_at_the_start() {
-    let both: Function<'_> = &|t, _| t * (t - 1.0);
-    every_solver!(0.25, tolerance(1e-6), |name, solver| {
-        for stops in [false, true] {
-            let events = [event(both, Direction::Either, stops)];
-            let run =
-                solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
-            let run = run.unwrap();
-            assert_times(name, run.events(), &[1.0]);
-            assert_eq!(run.stopped_by(), stops.then_some(0), "{name}");
-            assert_eq!(run.last().unwrap().0, 1.0, "{name}");
-        }
-    });
-}
-
-#[test]
-fn an_event_at_the_end_of_a_step_is_reported_once() {
-    // 0.5 and 0.75 are points of the grid, 0.5 in the middle of an adaptive step as well.
-    let grid: Function<'_> = &|t, _| t - 0.5;
-    let middle: Function<'_> = &|t, _| t - 0.125;
-    every_solver!(0.25, tolerance(1e-6), |name, solver| {
-        let events =
-            [event(grid, Direction::Rising, false), event(middle, Direction::Either, false)];
-        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
-        assert_times(name, run.unwrap().events(), &[0.125, 0.5]);
-    });
 }
 
 /// An observer that keeps what it is told, and breaks off where asked.
@@ -260,14 +222,19 @@ impl Observer<f64, 2> for Listener {
     }
 }
 
+macro_rules! listen {
+    ($solver:expr, $events:expr, $listener:ident) => {
+        $solver.stream(&Oscillator, 0.0..3.0, start(), $events, &mut $listener).unwrap()
+    };
+}
+
 #[test]
 fn an_observer_sees_every_step_and_every_event() {
     let position: Function<'_> = &|_, x| x[0];
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
         let mut listener = Listener::default();
         let events = [event(position, Direction::Either, false)];
-        let summary =
-            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        let summary = listen!(solver, &events, listener);
         assert_eq!(summary.event, None, "{name}");
         assert_eq!((summary.time, listener.events.len()), (3.0, 1), "{name}");
         assert_eq!(summary.statistics.steps, listener.steps.len() as u64, "{name}");
@@ -286,16 +253,14 @@ fn an_observer_can_break_off() {
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
         let events = [event(position, Direction::Either, false)];
         let mut listener = Listener { break_at_step: Some(3), ..Listener::default() };
-        let summary =
-            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        let summary = listen!(solver, &events, listener);
         assert_eq!(summary.event, None, "{name}");
         assert_eq!((listener.steps.len(), summary.statistics.steps), (3, 3), "{name}");
         assert_eq!(summary.time, listener.steps[2].1, "{name}");
 
         // At an event: the run ends at the end of its step.
         let mut listener = Listener { break_at_event: true, ..Listener::default() };
-        let summary =
-            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        let summary = listen!(solver, &events, listener);
         assert_eq!(summary.event, None, "{name}");
         let (from, to) = *listener.steps.last().unwrap();
         assert_eq!(summary.time, to, "{name}");
@@ -305,8 +270,7 @@ fn an_observer_can_break_off() {
         // An event that stops wins over an observer that breaks off at it.
         let events = [event(position, Direction::Either, true)];
         let mut listener = Listener { break_at_event: true, ..Listener::default() };
-        let summary =
-            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        let summary = listen!(solver, &events, listener);
         assert_eq!(summary.event, Some(0), "{name}");
     });
 }
@@ -333,15 +297,7 @@ fn events_are_found_on_the_solution_and_not_on_trial_steps() {
 #[test]
 fn a_stop_is_a_place_to_switch_the_system() {
     // The bouncing ball, ẍ = −1, restitution 1/2: it hits the ground at √2, 2√2, 2.5√2, …
-    struct Ball;
-    impl System<f64, 2, 0> for Ball {
-        fn rate(&self, _: f64, x: &Vector2<f64>, _: [bristle::Branch; 0]) -> Vector2<f64> {
-            Vector2::new(x[1], -1.0)
-        }
-        fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
-            []
-        }
-    }
+    let ball = Field(|_: f64, x: &Vector2<f64>| Vector2::new(x[1], -1.0));
     let height: Function<'_> = &|_, x| x[0];
     every_solver!(0.1, tolerance(1e-9), |name, solver| {
         let hits = [event(height, Direction::Falling, true)];
@@ -349,7 +305,7 @@ fn a_stop_is_a_place_to_switch_the_system() {
         let root = f64::sqrt(2.0);
         for expected in [root, 2.0 * root, 2.5 * root, 2.75 * root] {
             let run =
-                solver.solve_with_events(&Ball, time..10.0, state, &hits, Output::Steps).unwrap();
+                solver.solve_with_events(&ball, time..10.0, state, &hits, Output::Steps).unwrap();
             assert_eq!(run.stopped_by(), Some(0), "{name}");
             time = run.last().unwrap().0;
             // Parabolas are exact for both interpolants; what is left is the place of the zero.
@@ -357,22 +313,4 @@ fn a_stop_is_a_place_to_switch_the_system() {
             state = Vector2::new(0.0, -0.5 * run.last().unwrap().1[1]);
         }
     });
-}
-
-#[test]
-fn a_function_that_is_zero_at_the_end_of_a_step_has_its_event_there() {
-    // Exactly zero, rising and falling: the search must not run to the other end.
-    for sign in [1.0, -1.0] {
-        let function = move |t: f64, _: &Vector2<f64>| sign * (t - 0.5);
-        every_solver!(0.5, tolerance(1e-2), |name, solver| {
-            let events = [event(&function, Direction::Either, true)];
-            let solver = solver.with_first_step(0.5).unwrap();
-            let run =
-                solver.solve_with_events(&Oscillator, 0.0..2.0, start(), &events, Output::Steps);
-            let run = run.unwrap();
-            assert_eq!(run.events().len(), 1, "{name}, {sign}");
-            assert_eq!(run.events()[0].time, 0.5, "{name}, {sign}");
-            assert_eq!(run.last().unwrap().0, 0.5, "{name}, {sign}");
-        });
-    }
 }

@@ -1,6 +1,5 @@
 //! Inputs that jump or bend: a step ends there, and none of its stages looks beyond.
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::Mechanism;
 use bristle::ode::{Output, System};
@@ -42,25 +41,21 @@ fn jump_area(kink: f64, from: f64, to: f64) -> f64 {
 #[test]
 fn a_jump_is_integrated_exactly() {
     // Places with all kinds of rounding against the spans.
-    for i in 1..60 {
-        let kink = 0.0437 * f64::from(i);
+    for i in 1..20 {
+        let kink = 0.1311 * f64::from(i);
         for (from, to) in [(0.0, 4.0), (-1.0, 5.7), (0.013, 3.3)] {
             assert_area(jump(kink), (from, to), jump_area(kink, from, to));
         }
     }
-}
-
-#[test]
-fn a_run_that_starts_at_a_jump_takes_the_side_after_it() {
+    // From the jump on, up to it, and to and from within a rounding of it.
     for kink in [0.0, 0.3, 1.0, 2.7, -1.3] {
         assert_area(jump(kink), (kink, kink + 2.0), 6.0);
-    }
-}
-
-#[test]
-fn a_run_that_ends_at_a_jump_never_looks_beyond() {
-    for kink in [0.0, 0.3, 1.0, 2.7, -1.3] {
         assert_area(jump(kink), (kink - 2.0, kink), 2.0);
+    }
+    for offset in [-2, -1, 0, 1, 2] {
+        let end = 1.0 + f64::from(offset) * f64::EPSILON;
+        assert_area(jump(1.0), (0.0, end), 1.0);
+        assert_area(jump(1.0), (end, 2.0), 3.0);
     }
 }
 
@@ -93,15 +88,6 @@ fn ramps_are_integrated_exactly() {
     assert_area(trapeze, (0.0, 4.0), area);
     // From the middle of a ramp, and from a corner.
     assert_area(trapeze, (0.7, 1.7), 1.25 * 0.4 + 1.2);
-}
-
-#[test]
-fn a_kink_within_rounding_of_the_end_is_no_obstacle() {
-    for offset in [-2, -1, 0, 1, 2] {
-        let end = 1.0 + f64::from(offset) * f64::EPSILON;
-        assert_area(jump(1.0), (0.0, end), 1.0);
-        assert_area(jump(1.0), (end, 2.0), 3.0);
-    }
 }
 
 #[test]

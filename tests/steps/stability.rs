@@ -11,7 +11,7 @@ use bristle::rheology::{KelvinVoigt, Maxwell, MaxwellParameters};
 use bristle::scene::{DiaphragmValve, MassSpringDamper};
 use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, paper};
 use bristle_analysis::step_limits::{Scheme, StepLimits, largest_step, largest_step_of};
-use bristle_specimens::{runge_kutta, specimens};
+use bristle_specimens::{ode::Field, runge_kutta, specimens};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3, Vector4};
 
 /// Schemes whose stuck limit can be met.
@@ -50,8 +50,6 @@ fn limits(contact: &FrBdContact, mechanism: Mechanism<f64>, scheme: Scheme) -> [
     let limits = largest_step(contact, Some(mechanism), f64::INFINITY, scheme).unwrap();
     [limits.bristle.unwrap(), limits.stuck_from_rest.unwrap(), limits.stuck_reversed.unwrap()]
 }
-
-// Against values from elsewhere
 
 #[test]
 fn the_critical_steps_of_the_papers_contacts_are_the_tabulated_ones() {
@@ -215,21 +213,11 @@ fn regularisation_hardly_changes_the_limits() {
     }
 }
 
-// Any mechanism
-
 /// A step that stays within |R| ≤ 1 on the way to its limit and leaves it there.
 fn assert_leaves<M: Method<f64, 2> + Copy>(method: M, scheme: Scheme, real: f64, imaginary: f64) {
-    struct Spiral(Matrix2<f64>);
-    impl System<f64, 2, 0> for Spiral {
-        fn rate(&self, _: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Vector2<f64> {
-            self.0 * x
-        }
-        fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
-            []
-        }
-    }
-    let spiral = Spiral(Matrix2::new(real, -imaginary, imaginary, real));
-    let limit = largest_step_of(&spiral.0, scheme).unwrap();
+    let matrix = Matrix2::new(real, -imaginary, imaginary, real);
+    let spiral = Field(|_: f64, x: &Vector2<f64>| matrix * x);
+    let limit = largest_step_of(&matrix, scheme).unwrap();
     let after = |step: f64| {
         let solver = Solver::fixed(method, step).unwrap().plain();
         let start = Vector2::new(1.0, 0.0);
@@ -303,8 +291,6 @@ fn where_a_matrix_cannot_tell_the_answer_is_nan() {
     }
 }
 
-// Refusals
-
 #[test]
 fn a_step_beyond_the_limit_is_refused_with_its_cause() {
     let limits = largest_step(&table_2(), Some(FREE), f64::INFINITY, Scheme::RungeKutta4).unwrap();
@@ -359,8 +345,6 @@ fn single_precision_gives_the_same_limits() {
         assert_alike(wide, double, 3e-6);
     }
 }
-
-// Step by step
 
 /// A mass at rest on its bristles, spring and friction in balance.
 struct Stuck<M> {

@@ -6,9 +6,7 @@ use bristle::curve::FrictionCurve;
 use bristle::ode::{self, Output};
 use bristle::rheology::MaxwellParameters;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::{
-    Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, ParameterError, Scalar,
-};
+use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, Scalar};
 use bristle_analysis::audit::{AuditParameters, audit};
 use bristle_convert::{
     DrakeFriction, LossyGear, MujocoDcMotor, MujocoFriction, Presliding, SimscapeFriction,
@@ -16,7 +14,7 @@ use bristle_convert::{
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle_specimens::recipe::Recipe;
 use bristle_specimens::specimens::coulomb;
-use bristle_specimens::{assert_within, check, lit};
+use bristle_specimens::{assert_fields_refuse, assert_refused, assert_within, check, lit};
 
 /// Numbers that no positive parameter may be.
 const BAD: [f64; 7] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e-320, 1e300];
@@ -46,13 +44,6 @@ fn row<T: Scalar>(there: f64, back: f64, ratio: f64) -> LossyGear<T> {
 /// A constraint of MuJoCo.
 fn mujoco(friction_loss: f64, inertia: f64, time: f64, solimp: [f64; 2]) -> MujocoFriction<f64> {
     MujocoFriction { friction_loss, damping: 0.0, inertia, solref: [time, 1.0], solimp }
-}
-
-#[track_caller]
-fn refused<A: std::fmt::Debug>(result: Result<A, ParameterError>, name: &str, value: f64) {
-    let error = result.unwrap_err();
-    assert_eq!(error.name, name, "{error}");
-    assert!(error.value == value || value.is_nan(), "{error}");
 }
 
 #[test]
@@ -226,20 +217,20 @@ fn loss_tables_of_the_literature() {
     let error = row(0.8, 0.7, 0.0, 0.0).losses().unwrap_err().to_string();
     let want = "driving_efficiency is 0.8, but must be at most 1/(2 - back_driving_efficiency) = ";
     assert!(error.starts_with(want), "{error}");
-    refused(row(0.7, 0.8, 0.0, 0.0).losses(), "back_driving_efficiency", 0.8);
-    refused(row(0.5, 1.01, 0.0, 0.0).losses(), "back_driving_efficiency", 1.01);
+    assert_refused(row(0.7, 0.8, 0.0, 0.0).losses(), "back_driving_efficiency", 0.8);
+    assert_refused(row(0.5, 1.01, 0.0, 0.0).losses(), "back_driving_efficiency", 1.01);
     for bad in BAD {
-        refused(row(bad, 0.5, 0.0, 0.0).losses(), "driving_efficiency", bad);
-        refused(row(0.5, bad, 0.0, 0.0).losses(), "back_driving_efficiency", bad);
-        refused(LossyGear { ratio: bad, ..row(0.5, 0.5, 0.0, 0.0) }.losses(), "ratio", bad);
+        assert_refused(row(bad, 0.5, 0.0, 0.0).losses(), "driving_efficiency", bad);
+        assert_refused(row(0.5, bad, 0.0, 0.0).losses(), "back_driving_efficiency", bad);
+        assert_refused(LossyGear { ratio: bad, ..row(0.5, 0.5, 0.0, 0.0) }.losses(), "ratio", bad);
     }
-    refused(row(0.5, 0.5, -1.0, 0.0).losses(), "driving_friction", -1.0);
-    refused(row(0.5, 0.5, 0.0, f64::NAN).losses(), "back_driving_friction", f64::NAN);
+    assert_refused(row(0.5, 0.5, -1.0, 0.0).losses(), "driving_friction", -1.0);
+    assert_refused(row(0.5, 0.5, 0.0, f64::NAN).losses(), "back_driving_friction", f64::NAN);
     // A gear that locks itself has no row.
     let load = TorqueLoadParameters { idle_load: 1.0, motor_share: 0.1, external_share: 1.0 };
     let locks = gear(1.5, TorqueLoad::new(load).unwrap(), 0.0);
-    refused(LossyGear::of(&locks, 1.0, 1.0), "mu k_e", 1.5);
-    refused(LossyGear::of(&locks, 0.0, 1.0), "velocity", 0.0);
+    assert_refused(LossyGear::of(&locks, 1.0, 1.0), "mu k_e", 1.5);
+    assert_refused(LossyGear::of(&locks, 0.0, 1.0), "velocity", 0.0);
 }
 
 #[test]
@@ -273,43 +264,39 @@ fn bad_parameters_are_refused_by_the_name_they_have_in_the_tool() {
         mass: 2.0,
         damping_ratio: 0.5,
     };
+    type Drake = DrakeFriction<f64>;
+    type Mujoco = MujocoFriction<f64>;
+    assert_fields_refuse!(BAD, |of: SimscapeFriction<f64>| of.curve(), block;
+        coulomb_friction breakaway_friction breakaway_velocity);
+    assert_fields_refuse!(BAD, |of: Drake| of.curve(), pair;
+        static_friction dynamic_friction stiction_tolerance);
+    assert_fields_refuse!(BAD, |of: Mujoco| of.curve(), joint; friction_loss);
+    assert_fields_refuse!(BAD, |of: Mujoco| of.bristle(), joint; inertia);
+    assert_fields_refuse!(BAD, |of: Presliding<f64>| of.bristle(), dry;
+        static_coefficient travel normal_force mass);
+    let may_be_zero = BAD.into_iter().filter(|bad| ![0.0, 1e-320].contains(bad));
+    let negative = || may_be_zero.clone();
+    assert_fields_refuse!(negative(), |of: SimscapeFriction<f64>| of.curve(), block;
+        viscous_coefficient);
+    assert_fields_refuse!(negative(), |of: Mujoco| of.curve(), joint; damping);
+    assert_fields_refuse!(negative(), |of: Presliding<f64>| of.bristle(), dry; damping_ratio);
     for bad in BAD {
-        for (curve, name) in [
-            (SimscapeFriction { coulomb_friction: bad, ..block }.curve(), "coulomb_friction"),
-            (SimscapeFriction { breakaway_friction: bad, ..block }.curve(), "breakaway_friction"),
-            (SimscapeFriction { breakaway_velocity: bad, ..block }.curve(), "breakaway_velocity"),
-            (DrakeFriction { static_friction: bad, ..pair }.curve(), "static_friction"),
-            (DrakeFriction { dynamic_friction: bad, ..pair }.curve(), "dynamic_friction"),
-            (DrakeFriction { stiction_tolerance: bad, ..pair }.curve(), "stiction_tolerance"),
-        ] {
-            refused(curve, name, bad);
-        }
-        refused(MujocoFriction { friction_loss: bad, ..joint }.curve(), "friction_loss", bad);
-        refused(MujocoFriction { inertia: bad, ..joint }.bristle(), "inertia", bad);
-        refused(MujocoFriction { solref: [bad, 1.0], ..joint }.bristle(), "solref", bad);
-        for (bristle, name) in [
-            (Presliding { static_coefficient: bad, ..dry }.bristle(), "static_coefficient"),
-            (Presliding { travel: bad, ..dry }.bristle(), "travel"),
-            (Presliding { normal_force: bad, ..dry }.bristle(), "normal_force"),
-            (Presliding { mass: bad, ..dry }.bristle(), "mass"),
-        ] {
-            refused(bristle, name, bad);
-        }
-        if bad != 0.0 && bad != 1e-320 {
-            let viscous = SimscapeFriction { viscous_coefficient: bad, ..block };
-            refused(viscous.curve(), "viscous_coefficient", bad);
-            refused(MujocoFriction { damping: bad, ..joint }.curve(), "damping", bad);
-            refused(MujocoFriction { solimp: [bad, 0.95], ..joint }.bristle(), "solimp", bad);
-            refused(Presliding { damping_ratio: bad, ..dry }.bristle(), "damping_ratio", bad);
-        }
+        assert_refused(Mujoco { solref: [bad, 1.0], ..joint }.bristle(), "solref", bad);
+    }
+    for bad in negative() {
+        assert_refused(Mujoco { solimp: [bad, 0.95], ..joint }.bristle(), "solimp", bad);
     }
     let low = SimscapeFriction { breakaway_friction: 19.0, ..block }.curve().unwrap_err();
     let want = "breakaway_friction is 19, but must be at least coulomb_friction = 20";
     assert_eq!(low.to_string(), want);
-    refused(DrakeFriction { static_friction: 0.5, ..pair }.curve(), "static_friction", 0.5);
+    assert_refused(DrakeFriction { static_friction: 0.5, ..pair }.curve(), "static_friction", 0.5);
     // A damping of zero in the direct form brakes nothing.
-    refused(MujocoFriction { solref: [-1.0, 0.0], ..joint }.bristle(), "creep_damping", 0.0);
-    refused(MujocoFriction { solref: [-1.0, f64::NAN], ..joint }.bristle(), "solref", f64::NAN);
+    assert_refused(MujocoFriction { solref: [-1.0, 0.0], ..joint }.bristle(), "creep_damping", 0.0);
+    assert_refused(
+        MujocoFriction { solref: [-1.0, f64::NAN], ..joint }.bristle(),
+        "solref",
+        f64::NAN,
+    );
 }
 
 #[cfg(feature = "alloc")]
@@ -346,7 +333,7 @@ fn a_bearing_table_is_met_at_its_rows_and_falls_from_its_peak() {
     assert_eq!((level.at(0.0), level.at(0.05)), (2.0, 2.0));
 
     let refuse = |rows: &[[f64; 2]], peak, fall, name: &str, value| {
-        refused(bearing_friction(rows, peak, fall), name, value);
+        assert_refused(bearing_friction(rows, peak, fall), name, value);
     };
     refuse(&[], 1.0, 0.1, "rows of tau_pos", 0.0);
     refuse(&[[0.1, 2.0]], 1.0, 0.1, "speed", 0.1);
@@ -397,19 +384,14 @@ fn a_dc_motor_slides_as_mujoco_does_and_comes_back() {
     let loaded = MujocoDcMotor::of(&curve, &bristle, 4.0).unwrap();
     assert_eq!((loaded.static_friction, loaded.viscous_damping), (6.0, 1.2));
     let other = simscape(0.0).curve().unwrap();
-    refused(MujocoDcMotor::of(&other, &bristle, 1.0), "stribeck_exponent", 4.285);
-    refused(MujocoDcMotor::of(&curve, &bristle, 0.0), "load", 0.0);
-    for bad in BAD {
-        refused(MujocoDcMotor { stiffness: bad, ..motor }.bristle(), "stiffness", bad);
-        refused(MujocoDcMotor { coulomb_friction: bad, ..motor }.curve(), "coulomb_friction", bad);
-        refused(MujocoDcMotor { static_friction: bad, ..motor }.curve(), "static_friction", bad);
-        let curve = MujocoDcMotor { stribeck_velocity: bad, ..motor }.curve();
-        refused(curve, "stribeck_velocity", bad);
-    }
-    for bad in [f64::NAN, -1.0] {
-        refused(MujocoDcMotor { damping: bad, ..motor }.bristle(), "damping", bad);
-        refused(MujocoDcMotor { viscous_damping: bad, ..motor }.curve(), "viscous_damping", bad);
-    }
+    assert_refused(MujocoDcMotor::of(&other, &bristle, 1.0), "stribeck_exponent", 4.285);
+    assert_refused(MujocoDcMotor::of(&curve, &bristle, 0.0), "load", 0.0);
+    type Motor = MujocoDcMotor<f64>;
+    assert_fields_refuse!(BAD, |of: Motor| of.bristle(), motor; stiffness);
+    assert_fields_refuse!(BAD, |of: Motor| of.curve(), motor;
+        coulomb_friction static_friction stribeck_velocity);
+    assert_fields_refuse!([f64::NAN, -1.0], |of: Motor| of.bristle(), motor; damping);
+    assert_fields_refuse!([f64::NAN, -1.0], |of: Motor| of.curve(), motor; viscous_damping);
 }
 
 /// Position after 1 s and 2 s and the bristle at the end, in passive steps of 2 ms under 0.5 N m.

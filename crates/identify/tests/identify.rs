@@ -585,47 +585,10 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
     assert!(turns > 300 && guess.reversals == 4, "{turns} {guess:?}");
 }
 
-#[test]
-fn the_stiffness_at_a_glance_is_ln_2_over_the_way_to_half_of_the_swing() {
-    // Little damping and no drop, as the estimate assumes; at one speed.
-    let truth = [0.2, 1e-6, 0.01, 1e-3, 6e3, 1e-3];
-    let log = log_of(&FrBdFit, &truth, |t| 0.1 * one_speed(t), 4000, || 0.0);
-    let guess = InitialGuess::of(&log).unwrap();
-    // A row is 2 µm of the 23 µm to half of the swing, and the velocity turns over one row.
-    assert!((guess.micro_stiffness / 6e3 - 1.0).abs() < 0.06, "{guess:?}");
-    // One speed determines no fall: what is left is the level, a tenth less and a fifth more of it.
-    assert!((guess.static_coefficient / guess.dynamic_coefficient - 4.0 / 3.0).abs() < 1e-12);
-    assert!((guess.dynamic_coefficient / 0.18 - 1.0).abs() < 0.01, "{guess:?}");
-}
-
 /// μ of [`TRUTH`] in steady sliding.
 fn curve(v: f64) -> f64 {
     let [dynamic, excess, velocity, viscous, ..] = TRUTH;
     dynamic + excess * (-(v / velocity).powi(2)).exp() + viscous * v
-}
-
-#[test]
-fn rows_taken_as_sliding_lie_on_the_curve() {
-    // To and fro at 2 mm/s over 1 mm, where 5 μ/σ0 = 0.25 mm are passed over, and over 0.15 mm,
-    // where 60 % are.
-    let mu = curve(2e-3);
-    for (stroke, skipped, lag) in
-        [(1e-3, 5.0 * mu / TRUTH[4] / 1e-3, (-5.0_f64).exp()), (1.5e-4, 0.6, (-1.5_f64).exp())]
-    {
-        let half = stroke / 2e-3;
-        let motion = |t: f64| if ((t / half) as usize).is_multiple_of(2) { 2e-3 } else { -2e-3 };
-        let log = log_of(&FrBdFit, &TRUTH, motion, 4000, || 0.0);
-        let (_, points) = InitialGuess::with_points(&log).unwrap();
-        let share = points.len() as f64 / 4000.0;
-        // The stiffness is estimated from rows 4 µm apart, of some 35 µm, and the velocity turns
-        // over one.
-        assert!((share - (1.0 - skipped)).abs() < 0.06, "{stroke}: {share} {skipped}");
-        for point in points {
-            // The swing decays from 2 μ with the distance over μ/σ0; the first stroke begins at 0.
-            let off = (point.coefficient / mu - 1.0).abs();
-            assert!(off < 2.4 * lag, "{stroke}: {off} {lag}");
-        }
-    }
 }
 
 #[test]
@@ -714,6 +677,11 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
         .collect();
     let log = log_of(&FrBdFit, &TRUTH, rich, 500, || 0.0);
     let good = InitialGuess::of(&log).unwrap();
+    for exponent in [f64::NAN, f64::INFINITY, 0.0, -1.0, 5e-324, 1e300] {
+        let refused = good.static_curve(exponent, &points).unwrap_err();
+        assert_eq!(refused.name, "stribeck_exponent");
+        assert_eq!(refused.value.to_bits(), exponent.to_bits());
+    }
     // A curve that falls all the way to the largest speed, and beyond.
     let falling = log_of(&FrBdFit, &[0.2, 0.1, 0.2, 1e-6, 6e3, 8.0], rich, 3000, || 0.0);
     let guess = InitialGuess::of(&falling).unwrap();
@@ -741,18 +709,6 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
             assert!(!bad.is_nan() || found.is_err(), "{field}: {found:?}");
             let _ = ElastoPlasticFit::default().parameters(&guess);
         }
-    }
-}
-
-#[test]
-fn a_shape_that_is_no_curve_is_refused_by_name() {
-    let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 500, || 0.0)).unwrap();
-    let point = |i: u32| SlidingPoint { speed: 1e-3 * f64::from(i), coefficient: 0.2 };
-    let points: Vec<SlidingPoint> = (1..50).map(point).collect();
-    for exponent in [f64::NAN, f64::INFINITY, 0.0, -1.0, 5e-324, 1e300] {
-        let refused = guess.static_curve(exponent, &points).unwrap_err();
-        assert_eq!(refused.name, "stribeck_exponent");
-        assert_eq!(refused.value.to_bits(), exponent.to_bits());
     }
 }
 
@@ -941,19 +897,21 @@ fn friction_is_taken_over_the_normal_force() {
     assert_eq!(log.unwrap(), want);
 }
 
+const GUESS: InitialGuess = InitialGuess {
+    static_coefficient: 0.3,
+    dynamic_coefficient: 0.2,
+    stribeck_velocity: 0.01,
+    viscous_friction: 0.5,
+    micro_stiffness: 1e4,
+    micro_damping: 2.0,
+    offset: 0.0,
+    fastest: 0.1,
+    reversals: 1,
+};
+
 #[test]
 fn bounds_lie_as_far_from_the_guess_as_documented() {
-    let guess = InitialGuess {
-        static_coefficient: 0.3,
-        dynamic_coefficient: 0.2,
-        stribeck_velocity: 0.01,
-        viscous_friction: 0.5,
-        micro_stiffness: 1e4,
-        micro_damping: 2.0,
-        offset: 0.0,
-        fastest: 0.1,
-        reversals: 1,
-    };
+    let guess = GUESS;
     // Start, lower and upper bound; the viscous force at the largest speed is up to ten times μ_d.
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
     let assert_bounds = |parameters: &[Parameter], want: &[[f64; 3]]| {
@@ -1222,11 +1180,7 @@ fn slow_outliers_are_no_static_excess() {
                 dynamic_coefficient: 0.25,
                 stribeck_velocity: 0.03,
                 viscous_friction: 0.1,
-                micro_stiffness: 1e4,
-                micro_damping: 1.0,
-                offset: 0.0,
-                fastest: 0.1,
-                reversals: 1,
+                ..GUESS
             };
             let [_, excess, _, _] = guess.static_curve(SHAPE, &points).unwrap().array();
             (excess - 0.1).abs() < 0.03

@@ -52,14 +52,28 @@ struct Columns {
 }
 
 impl Columns {
+    fn parameters<'a>(&'a self, drive: Drive<'a>) -> DriveLogParameters<'a> {
+        DriveLogParameters::new(&self.time, &self.position, drive)
+    }
+
+    /// A log of voltages with something else.
+    fn with(&self, change: impl FnOnce(&mut DriveLogParameters<'_>)) -> Result<DriveLog, LogError> {
+        let mut parameters = self.parameters(Drive::Voltage(&self.drive));
+        change(&mut parameters);
+        DriveLog::new(parameters)
+    }
+
     fn voltage(&self) -> Result<DriveLog, LogError> {
-        let drive = Drive::Voltage(&self.drive);
-        DriveLog::new(DriveLogParameters::new(&self.time, &self.position, drive))
+        self.with(|_| ())
     }
 
     fn torque(&self) -> Result<DriveLog, LogError> {
-        let drive = Drive::Torque(&self.drive);
-        DriveLog::new(DriveLogParameters::new(&self.time, &self.position, drive))
+        DriveLog::new(self.parameters(Drive::Torque(&self.drive)))
+    }
+
+    /// A log of voltages that are held or not, and act so late.
+    fn described(&self, held: bool, delay: f64) -> DriveLog {
+        self.with(|log| (log.held, log.delay) = (held, delay)).unwrap()
     }
 }
 
@@ -308,9 +322,7 @@ fn experiment(case: Case, seed: u64) -> (Joint, Vec<DriveLog>, Vec<(&'static str
     };
     let log = |i: u64| {
         let columns = under(&external, 10 * seed + i, noise, logged);
-        let drive = Drive::Voltage(&columns.drive);
-        let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
-        DriveLog::new(DriveLogParameters { held, load, ..new }).unwrap()
+        columns.with(|log| (log.held, log.load) = (held, load)).unwrap()
     };
     (joint, (0..3).map(log).collect(), truth)
 }
@@ -368,34 +380,23 @@ fn assert_calibrated(case: Case) {
     assert!(calibrated && named >= 0.9, "{case:?}");
 }
 
-#[test]
-#[ignore = "hours; run in release"]
-fn seeds_of_a_held_and_noisy_drive() {
-    assert_calibrated(Case::HeldAndNoisy);
+/// One test for each row, so that they run beside each other.
+macro_rules! seeds {
+    ($($name:ident $case:ident)*) => {$(
+        #[test]
+        #[ignore = "hours; run in release"]
+        fn $name() {
+            assert_calibrated(Case::$case);
+        }
+    )*};
 }
 
-#[test]
-#[ignore = "hours; run in release"]
-fn seeds_of_a_delayed_drive() {
-    assert_calibrated(Case::Delayed);
-}
-
-#[test]
-#[ignore = "hours; run in release"]
-fn seeds_of_a_drag_by_direction() {
-    assert_calibrated(Case::DirectionalDrag);
-}
-
-#[test]
-#[ignore = "hours; run in release"]
-fn seeds_of_overstated_loads() {
-    assert_calibrated(Case::Overstated);
-}
-
-#[test]
-#[ignore = "hours; run in release"]
-fn seeds_of_a_ripple() {
-    assert_calibrated(Case::Ripple);
+seeds! {
+    seeds_of_a_held_and_noisy_drive HeldAndNoisy
+    seeds_of_a_delayed_drive Delayed
+    seeds_of_a_drag_by_direction DirectionalDrag
+    seeds_of_overstated_loads Overstated
+    seeds_of_a_ripple Ripple
 }
 
 /// A servo that follows a goal: its controller is closed around the simulated position.
@@ -420,8 +421,8 @@ fn a_servo_is_identified_from_its_goal() {
     let supply = vec![7.0; columns.time.len()];
     let drive = Drive::Duty { goal: &columns.drive, gain: 2.5, supply: &supply };
     let load = KnownLoad { inertia: 0.004, gravity_torque: 0.1 };
-    let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
-    let log = DriveLog::new(DriveLogParameters { load, ..new }).unwrap();
+    let log = DriveLogParameters { load, ..columns.parameters(drive) };
+    let log = DriveLog::new(log).unwrap();
     // What is known of the load is not found again; torque constant and gravity are known.
     let joint = Joint::new()
         .with(Term::Gravity)
@@ -462,9 +463,7 @@ fn the_hanging_angle_is_found_under_known_loads() {
         let mut columns = run(GRAVITY, 1, false);
         columns.position.iter_mut().for_each(|x| *x += turned);
         let load = KnownLoad { inertia: 0.0, gravity_torque };
-        let drive = Drive::Voltage(&columns.drive);
-        let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
-        let log = DriveLog::new(DriveLogParameters { load, ..new }).unwrap();
+        let log = columns.with(|log| log.load = load).unwrap();
         let found = begun(&pendulum(), Friction::coulomb(), log).unwrap();
         (found.value("hanging_angle").unwrap(), found.value("gravity_torque").unwrap())
     };
@@ -592,6 +591,13 @@ fn one_load_does_not_tell_the_factors_of_the_load() {
         assert_eq!(estimate.verdict, Identifiability::Undetermined, "{found}");
     }
     assert!(!found.fit.is_determined());
+    // A term that hardly varies, whatever the one load is.
+    let log = run(0.0, 5, true).voltage().unwrap();
+    let joint = pendulum().with(Term::constant()).known("gravity_torque", 1e-3);
+    for joint in [joint.clone(), joint.known("offset_torque", 0.5)] {
+        let found = begun(&joint, Friction::dahl().loaded(), log.clone()).unwrap();
+        assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
+    }
 }
 
 #[test]
@@ -703,17 +709,6 @@ fn rounded_columns_and_other_starts_end_within_a_standard_error() {
 }
 
 #[test]
-fn one_load_is_marked_where_a_term_hardly_varies() {
-    let log = run(0.0, 5, true).voltage().unwrap();
-    let joint = pendulum().with(Term::constant()).known("gravity_torque", 1e-3);
-    // Whatever the one load is.
-    for joint in [joint.clone(), joint.known("offset_torque", 0.5)] {
-        let found = begun(&joint, Friction::dahl().loaded(), log.clone()).unwrap();
-        assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
-    }
-}
-
-#[test]
 fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
     let short = Settings { horizons: vec![0.3], gradient_runs: 30, ..Settings::default() };
     let found = |flipped: bool| {
@@ -776,13 +771,6 @@ fn a_search_that_ends_early_names_the_setting_that_ended_it() {
     assert!(text.contains("| over |") && row.contains(over), "{text}");
 }
 
-/// A log whose drive is described so.
-fn described(columns: &Columns, held: bool, delay: f64) -> DriveLog {
-    let drive = Drive::Voltage(&columns.drive);
-    let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
-    DriveLog::new(DriveLogParameters { held, delay, ..new }).unwrap()
-}
-
 /// A drive that is held acts half a row later than one that is linear, also by the inverse
 /// criterion and also where it is noisy.
 #[test]
@@ -791,7 +779,7 @@ fn all_criteria_know_a_drive_that_is_held() {
     // Rows 5 ms apart, of which the first 2 µs belong to the row before, by rounding.
     let columns = driven(GRAVITY, 7, false, |t| ((t + 2e-6) / 5e-3).floor() * 5e-3);
     let scores = |held: bool, delay: f64| {
-        let log = described(&columns, held, delay);
+        let log = columns.described(held, delay);
         let found = begun(&pendulum(), Friction::dahl().loaded(), log).unwrap();
         found.fitted.all.inverse.rmse
     };
@@ -799,7 +787,7 @@ fn all_criteria_know_a_drive_that_is_held() {
     // The lag is all that a smoothed drive sees of the steps.
     assert!((held / shifted - 1.0).abs() < 1e-9, "{held} {shifted}");
     assert!(linear > 1.02 * held, "{held} {linear}");
-    let found = dahl(&pendulum(), &[described(&columns, true, 0.0)]).unwrap();
+    let found = dahl(&pendulum(), &[columns.described(true, 0.0)]).unwrap();
     assert_near(&found, &NAMES, &TRUTH, 0.05);
 }
 
@@ -807,11 +795,11 @@ fn all_criteria_know_a_drive_that_is_held() {
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn a_delay_of_the_drive_is_taken_and_found() {
     let columns = driven(GRAVITY, 7, false, |t| t - 7.5e-3);
-    let known = dahl(&pendulum(), &[described(&columns, false, 7.5e-3)]).unwrap();
+    let known = dahl(&pendulum(), &[columns.described(false, 7.5e-3)]).unwrap();
     assert_near(&known, &NAMES, &TRUTH, 0.05);
     let joint = pendulum().start("delay", 0.0);
     for said in [0.0, 5e-3] {
-        let found = dahl(&joint, &[described(&columns, false, said)]).unwrap();
+        let found = dahl(&joint, &[columns.described(false, said)]).unwrap();
         let delay = found.fit.estimate("delay").unwrap();
         assert_eq!(delay.verdict, Identifiability::Determined, "{found}");
         // A tenth of a row: the smoothed motion begins so much beside the true one.
@@ -989,8 +977,8 @@ fn gaps_limits_and_degrees_are_marked() {
     let columns = run(GRAVITY, 1, false);
     let (goal, supply) = (vec![100.0; 700], vec![7.0; 700]);
     let drive = Drive::Duty { goal: &goal, gain: 2.0, supply: &supply };
-    let log = DriveLogParameters::new(&columns.time, &columns.position, drive);
-    let found = begun(&pendulum(), Friction::dahl(), DriveLog::new(log).unwrap());
+    let log = DriveLog::new(columns.parameters(drive)).unwrap();
+    let found = begun(&pendulum(), Friction::dahl(), log);
     let remarks = found.map(|found| found.fit.remarks);
     // Such a log contradicts the motion: what matters is that it is not fitted in silence.
     assert!(remarks.is_err() || remarks.is_ok_and(|r| r.contains(&Remark::Saturated { log: 0 })));
@@ -1046,9 +1034,12 @@ fn a_saved_model_has_the_torques_of_every_term() {
     let complete =
         known.fold(joint.clone().with(fan()), |joint, (name, value)| joint.known(name, value));
     let log = run(GRAVITY, 6, false).voltage().unwrap();
-    let found = begun(&complete, Friction::coulomb().loaded(), log).unwrap();
-    let text = toml::to_string(&found.model().unwrap()).unwrap();
+    let friction = Friction::frbd().loaded().directional();
+    let model = begun(&complete, friction, log).unwrap().model().unwrap();
+    let text = toml::to_string(&model).unwrap();
     let read: mechanism::JointModel = toml::from_str(&text).unwrap();
+    assert_eq!(toml::to_string(&read).unwrap(), text);
+    assert_eq!(format!("{:?}", read.gear().unwrap()), format!("{:?}", model.gear().unwrap()));
     let external = read.external(&joint.clone().with(fan())).unwrap();
     for (x, v) in [(0.3, 2.0), (-1.1, -0.7_f64)] {
         let angle: f64 = x;
@@ -1127,19 +1118,6 @@ fn what_a_machine_has_beside_comes_back() {
     }
 }
 
-#[cfg(feature = "serde")]
-#[test]
-fn a_model_in_a_file_is_read_again() {
-    let log = run(GRAVITY, 6, false);
-    let friction = Friction::frbd().loaded().directional();
-    let found = begun(&pendulum(), friction, log.voltage().unwrap()).unwrap();
-    let model = found.model().unwrap();
-    let text = toml::to_string(&model).unwrap();
-    let read: mechanism::JointModel = toml::from_str(&text).unwrap();
-    assert_eq!(toml::to_string(&read).unwrap(), text);
-    assert_eq!(format!("{:?}", read.gear().unwrap()), format!("{:?}", model.gear().unwrap()));
-}
-
 /// Noise of the voltage that moves the simulated position by more than the encoder's counts.
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
@@ -1169,9 +1147,7 @@ fn standard_errors_know_the_noise_of_the_drive() {
 
     // A command has no noise.
     let columns = run(GRAVITY, 3, false);
-    let new =
-        DriveLogParameters::new(&columns.time, &columns.position, Drive::Voltage(&columns.drive));
-    let log = DriveLog::new(DriveLogParameters { noisy: false, ..new }).unwrap();
+    let log = columns.with(|log| log.noisy = false).unwrap();
     let found = dahl(&pendulum(), &[log]).unwrap();
     assert!(found.expected.is_empty() && found.horizon == f64::INFINITY, "{found}");
 }

@@ -13,12 +13,13 @@ pub mod implicit;
 pub mod ode;
 pub mod own_rheology;
 pub mod recipe;
+pub mod scenes;
 pub mod specimens;
 pub mod viscoelastic;
 
 use std::ops::Range;
 
-use bristle::Affine;
+use bristle::{Affine, ParameterError, Scalar};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
@@ -63,6 +64,38 @@ pub fn assert_affine(
         (terms.damping, got.damping, want.damping, "c₂"),
     ] {
         assert_within(tolerance, terms, got, want, || format!("{name} of {}", what()));
+    }
+}
+
+/// Asserts that a value is refused, by the name of what it is a value of. NaN is what it was given.
+#[track_caller]
+pub fn assert_refused<A>(result: Result<A, ParameterError>, name: &str, value: f64) {
+    let Err(error) = result else { panic!("{name} = {value} is accepted") };
+    assert_eq!(error.name, name, "{error}");
+    assert!(error.value == value || error.value.is_nan() && value.is_nan(), "{error}");
+}
+
+/// Asserts that some fields of good parameters each refuse every one of some values.
+#[macro_export]
+macro_rules! assert_fields_refuse {
+    ($values:expr, $new:expr, $good:expr; $($field:ident)+) => {
+        for value in $values {
+            $({
+                let mut parameters = $good;
+                parameters.$field = value;
+                $crate::assert_refused($new(parameters), stringify!($field), value);
+            })+
+        }
+    };
+}
+
+/// The four coefficients in another scalar.
+pub fn each<T: Scalar, U: Scalar>(a: Affine<T>, part: impl Fn(T) -> U) -> Affine<U> {
+    Affine {
+        relaxation: part(a.relaxation),
+        drive: part(a.drive),
+        stiffness: part(a.stiffness),
+        damping: part(a.damping),
     }
 }
 

@@ -289,6 +289,29 @@ impl System<f64, 2, 0> for Oscillator {
     }
 }
 
+/// ẋ = f(t, x), without contacts.
+#[derive(Clone, Copy)]
+pub struct Field<F>(pub F);
+
+impl<F> std::fmt::Debug for Field<F> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Field")
+    }
+}
+
+impl<T: Scalar, F, const N: usize> System<T, N, 0> for Field<F>
+where
+    F: Fn(T, &SVector<T, N>) -> SVector<T, N>,
+{
+    fn rate(&self, time: T, x: &SVector<T, N>, _: [Branch; 0]) -> SVector<T, N> {
+        (self.0)(time, x)
+    }
+
+    fn sliding_velocities(&self, _: T, _: &SVector<T, N>) -> [T; 0] {
+        []
+    }
+}
+
 /// ẋ = u(t): the integral of a signal.
 #[derive(Debug, Clone)]
 pub struct Integral<U>(pub U);

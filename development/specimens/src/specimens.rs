@@ -40,6 +40,11 @@ impl<T: Scalar> Specimen<T> {
         Self { subject, form: self.form.scaled(scale) }
     }
 
+    /// μ/σ0 of the reference load \[m\].
+    pub fn full_deflection(&self, v: f64) -> f64 {
+        self.form.mu(v) / self.form.recipe.stiffness
+    }
+
     /// What stands in a failure message.
     pub fn name(&self) -> String {
         let ClosedForm { family, curve, modulus, stiffness, damping, scale, .. } = self.form;

@@ -86,6 +86,13 @@ impl Form {
         let terms = self.arms.iter().zip(x).map(|(arm, x)| arm.0 * x);
         terms.fold((0.0, 0.0), |(size, sum), term| (size + term.abs(), sum + term))
     }
+    /// ż by the formula, and the sum of its absolute terms.
+    pub fn common_rate(&self, v: f64, x: &[f64]) -> (f64, f64) {
+        let (size, sum) = self.carried(x);
+        let (mu, speed) = (self.mu(v), self.speed(v));
+        let g = mu + self.damping(v) * speed;
+        ((mu * v - speed * sum) / g, (mu * v.abs() + speed * size) / g)
+    }
 }
 
 /// A contact of any bristle behind one pointer, with its state as a slice.

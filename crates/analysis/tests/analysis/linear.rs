@@ -1,5 +1,5 @@
-//! Linearised contacts and mechanisms against printed values, closed forms, dual numbers, the runs
-//! of the nonlinear models themselves, and what they refuse.
+//! Linearised contacts and mechanisms against printed values, closed forms, the runs of the
+//! nonlinear models themselves, and what they refuse.
 
 use std::f64::consts::TAU;
 use std::ops::{ControlFlow, Range};
@@ -7,10 +7,7 @@ use std::ops::{ControlFlow, Range};
 use bristle::curve::{FrictionCurve, FunctionCurve, Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince8, Solver, Step, System, Tolerances};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
-use bristle::rheology::{
-    Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, Maxwell, MaxwellArm,
-    MaxwellParameters,
-};
+use bristle::rheology::{Deflection, GeneralisedMaxwell, KelvinVoigt};
 use bristle::scene::{
     DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
 };
@@ -29,12 +26,12 @@ use bristle_specimens::specimens::{
     coulomb, elasto_plastic, kelvin_voigt, rational, square_root, stribeck, table_2_bristle,
     table_2_curve, table_2_frbd, table_2_lugre,
 };
+use bristle_specimens::viscoelastic::{Subject, arms, maxwell};
 use bristle_specimens::{assert_within, check, lit};
 use nalgebra::{
     Complex, ComplexField, Matrix1, Matrix3, RowVector3, RowVector4, SMatrix, SVector, Vector2,
     Vector3, Vector4,
 };
-use num_dual::Dual64;
 use proptest::prelude::*;
 
 fn table_2() -> Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
@@ -150,34 +147,28 @@ fn the_transfer_of_a_damped_bristle_vanishes_at_its_own_rate() {
 }
 
 /// A Maxwell element beside a spring: two stretches.
-fn zener<T: Scalar>() -> GeneralisedMaxwell<T, 2> {
-    let static_spring = MaxwellArm { stiffness: lit(1e4), series_damping: None };
-    let arms =
-        [static_spring, MaxwellArm { stiffness: lit(3e4), series_damping: Some(lit(600.0)) }];
-    let parameters = GeneralisedMaxwellParameters { arms, micro_damping: lit(2.0) };
-    GeneralisedMaxwell::new(parameters).unwrap()
+fn zener() -> GeneralisedMaxwell<f64, 2> {
+    arms([(1e4, None), (3e4, Some(600.0))], 2.0)
 }
 
 #[test]
-fn a_bristle_of_two_springs_has_the_matrices_of_dual_numbers() {
+fn a_bristle_of_two_springs_has_the_matrices_of_its_derivatives() {
     let contact = FrBd::new(table_2_curve::<f64>(), zener()).under_load(3.0).unwrap();
-    let dual = FrBd::new(table_2_curve::<Dual64>(), zener()).under_load(lit(3.0)).unwrap();
     for (v, z) in [(5.5e-3, Vector2::new(1e-4, -2e-5)), (-0.2, Vector2::new(-3e-5, 1e-5))] {
         let small = state_space(&contact, v, z).unwrap();
-        // One derivative in each of the three directions.
-        for direction in 0..3 {
-            let part = |i: usize| if i == direction { 1.0 } else { 0.0 };
-            let state = Vector2::new(Dual64::new(z.x, part(0)), Dual64::new(z.y, part(1)));
-            let response = dual.response(Dual64::new(v, part(2)), state);
-            let (rate, force) = (response.rate.map(|rate| rate.eps), response.force.eps);
-            let (got, got_force) = if direction < 2 {
-                (small.dynamics.column(direction).into_owned(), small.output[direction])
-            } else {
-                (small.input, small.feedthrough)
-            };
-            // Ten roundings of entries of like size.
-            assert!((got - rate).amax() <= 1e-13 * rate.amax(), "{got} is not {rate}");
-            assert_within(1e-13, force.abs(), got_force, force, || format!("{direction}"));
+        for (i, along) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
+            let (rate_v, force_v, rate_x, force_x) =
+                contact.derivatives(v, z.as_slice(), along.as_slice());
+            for (got, want) in [
+                (small.dynamics.column(i).as_slice(), &rate_x[..]),
+                (small.input.as_slice(), &rate_v[..]),
+                (&[small.output[i], small.feedthrough], &[force_x, force_v]),
+            ] {
+                for (got, want) in got.iter().zip(want) {
+                    // Ten roundings.
+                    assert_within(1e-13, want.abs(), *got, *want, || format!("{i} at {v}"));
+                }
+            }
         }
     }
     // In steady sliding the series spring alone carries: the gain is the slope of the curve.
@@ -304,20 +295,6 @@ fn a_small_oscillation_of_the_drive_gives_the_force_of_the_coupled_response() {
     assert!(modulus(got - want) <= 2e-5 * modulus(want), "{got} is not {want}");
 }
 
-/// The Jacobian of a system by dual numbers.
-fn dual_jacobian<const N: usize>(
-    state: &SVector<f64, N>,
-    rate: impl Fn(&SVector<Dual64, N>) -> SVector<Dual64, N>,
-) -> SMatrix<f64, N, N> {
-    let mut jacobian = SMatrix::<f64, N, N>::zeros();
-    for j in 0..N {
-        let part = |i: usize| if i == j { 1.0 } else { 0.0 };
-        let state = SVector::<Dual64, N>::from_fn(|i, _| Dual64::new(state[i], part(i)));
-        jacobian.set_column(j, &rate(&state).map(|rate| rate.eps));
-    }
-    jacobian
-}
-
 /// Every root of one list is near one of the other.
 fn assert_same_roots(got: &[Complex<f64>], want: &[Complex<f64>], tolerance: f64) {
     assert_eq!(got.len(), want.len());
@@ -331,25 +308,17 @@ fn assert_same_roots(got: &[Complex<f64>], want: &[Complex<f64>], tolerance: f64
 }
 
 #[test]
-fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
-    const MASS: f64 = 0.7;
-    fn rig<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, v: f64) -> MassSpringDamper<T, M> {
-        let [mass, spring_stiffness, viscous_damping] = [MASS, 35.0, 0.4].map(lit);
-        MassSpringDamper::new(MassSpringDamperParameters {
-            contact: model.under_load(lit(1.3)).unwrap(),
-            mechanism: Mechanism { mass, spring_stiffness, viscous_damping },
-            drive_velocity: lit(v),
-            force: T::zero(),
-        })
-        .unwrap()
-    }
-    fn assert_rig<M: Bristle<f64, Deflection = f64>, D: Bristle<Dual64, Deflection = Dual64>>(
-        model: M,
-        dual: D,
-        drive: f64,
-    ) {
-        let (rig, twin) = (rig(model.clone(), drive), rig(dual, drive));
-        let mechanism = Mechanism { mass: MASS, spring_stiffness: 35.0, viscous_damping: 0.4 };
+fn the_eigenvalues_of_a_sliding_mass_are_those_of_the_scene() {
+    fn assert_rig<M: Bristle<f64, Deflection = f64>>(model: M, drive_velocity: f64) {
+        let mass = 0.7;
+        let mechanism = Mechanism { mass, spring_stiffness: 35.0, viscous_damping: 0.4 };
+        let rig = MassSpringDamper::new(MassSpringDamperParameters {
+            contact: model.clone().under_load(1.3).unwrap(),
+            mechanism,
+            drive_velocity,
+            force: 0.0,
+        });
+        let (rig, drive) = (rig.unwrap(), drive_velocity);
         let steady = steady_sliding(rig.contact(), mechanism, drive).unwrap();
         let state = Vector3::new(-steady.stretch, drive, steady.deflection);
         // The scene stands still but for its position, which runs with the drive.
@@ -359,9 +328,9 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
         let affine = model.affine(drive.into(), steady.deflection);
         let terms = (affine.stiffness * steady.deflection).abs() + (affine.damping * drive).abs();
         let (force, drift) = (1.3 * terms + (0.4 * drive).abs(), 1e-14 * drive.abs());
-        let force = 1e-14 * force / MASS;
+        let force = 1e-14 * force / mass;
         assert!(rate.y.abs() <= force && rate.z.abs() <= drift, "{rate}");
-        let jacobian = dual_jacobian(&state, |state| twin.rate(lit(0.0), state, [Branch::Free]));
+        let jacobian = rig.linearised(0.0, &state, [Branch::Free]).unwrap().by_state;
         // nalgebra does not scale: in units of like entries.
         let bristle = jacobian[(1, 2)].abs().max(1.0).sqrt();
         let units = Matrix3::from_diagonal(&Vector3::new(0.14, 1.0, 1.0 / bristle));
@@ -377,17 +346,12 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
     }
     check(256, (recipe(), nonzero_velocity()), |(r, v)| {
         let v = v.signum() * v.abs().clamp(1e-5, 1e1);
-        let (k, d) = (r.stiffness.min(1e7), r.damping);
-        let bristle = || kelvin_voigt::<f64>(k, d);
-        let twin = || kelvin_voigt::<Dual64>(lit(k), lit(d));
-        let (curve, dual) = (stribeck::<f64>(&r, 2.0), stribeck::<Dual64>(&r, 2.0));
-        assert_rig(FrBd::new(curve, bristle()), FrBd::new(dual, twin()), v);
-        let smooth = FrBd::new(curve, bristle()).regularised(square_root(&r));
-        assert_rig(smooth, FrBd::new(dual, twin()).regularised(square_root(&r)), v);
-        assert_rig(LuGre::classical(curve, bristle()), LuGre::classical(dual, twin()), v);
-        let limit = 0.5 * r.dynamic / k;
-        let soft = elasto_plastic(curve, bristle(), limit);
-        assert_rig(soft, elasto_plastic(dual, twin(), lit(limit)), v);
+        let k = r.stiffness.min(1e7);
+        let (curve, bristle) = (stribeck::<f64>(&r, 2.0), kelvin_voigt(k, r.damping));
+        assert_rig(FrBd::new(curve, bristle), v);
+        assert_rig(FrBd::new(curve, bristle).regularised(square_root(&r)), v);
+        assert_rig(LuGre::classical(curve, bristle), v);
+        assert_rig(elasto_plastic(curve, bristle, 0.5 * r.dynamic / k), v);
     });
 }
 
@@ -734,10 +698,9 @@ fn small_motions_about_steady_sliding_are_the_derivatives_there() {
         assert_same(&FrBd::new(curve, bristle()).regularised(root), v);
         assert_same(&LuGre::classical(curve, bristle()), v);
         assert_same(&LuGre::classical(curve, bristle()).regularised(root), v);
-        let maxwell =
-            MaxwellParameters { micro_stiffness: r.stiffness, series_damping: r.damping.max(1e-2) };
-        assert_same(&FrBd::new(curve, Maxwell::new(maxwell).unwrap()), v);
-        assert_same(&FrBd::new(curve, Maxwell::new(maxwell).unwrap()).regularised(root), v);
+        let maxwell = maxwell(r.stiffness, r.damping.max(1e-2));
+        assert_same(&FrBd::new(curve, maxwell), v);
+        assert_same(&FrBd::new(curve, maxwell).regularised(root), v);
     });
     for v in [-3.0, -0.2, 0.7] {
         assert_same(&all_varying(), v);
@@ -747,9 +710,7 @@ fn small_motions_about_steady_sliding_are_the_derivatives_there() {
 
 /// A static spring, and two behind dashpots that relax with 1000/s and 1/s.
 fn three_arms(micro_damping: f64) -> GeneralisedMaxwell<f64, 3> {
-    let arm = |stiffness, series_damping| MaxwellArm { stiffness, series_damping };
-    let arms = [arm(1e4, None), arm(2e4, Some(20.0)), arm(5e3, Some(5e3))];
-    GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }).unwrap()
+    arms([(1e4, None), (2e4, Some(20.0)), (5e3, Some(5e3))], micro_damping)
 }
 
 #[test]

@@ -321,33 +321,6 @@ fn friction<const N: usize>(ratios: [f64; N]) -> Model<f64, N> {
 }
 
 #[test]
-fn a_passive_step_of_two_axes_approaches_the_companion_with_the_cube_of_its_length() {
-    let model = friction([1.0, 0.6]);
-    let batch = Batch::of(&model).unwrap();
-    let companion = model.under_load(2.0).unwrap().companion(10.0).unwrap();
-    let mut draw = Draw(5);
-    let mut vector = |size: f64| [0.0; 2].map(|_: f64| size * (draw.next() - 0.5));
-    let states = [(); 50].map(|()| (vector(0.05), vector(2e-3), vector(1e-4)));
-    let gap = |h: f64| {
-        let each = states.map(|(predicted, mean, before)| {
-            let (got, _) = passive(&batch, [&predicted, &mean, &before, &[2.0]], h);
-            let step = companion.step(&predicted.into(), &before.into(), h);
-            let want = step.commit(&mean.into());
-            (0..2).fold(0.0, |sum, i| {
-                let force = got.bias[i] + got.damping[i] * mean[i];
-                // In metres and, over p σ0, in metres too.
-                let force = (force - want.force[i]).abs() / 2e4;
-                sum + (got.after[i] - want.deflection[i]).abs() + force * h
-            })
-        });
-        each.into_iter().fold(0.0, f64::max)
-    };
-    // As with one axis: the factor 8 falls short by a term of next order.
-    let ratio = gap(4e-4) / gap(2e-4);
-    assert!(ratio > 7.6 && ratio < 8.4, "{ratio}");
-}
-
-#[test]
 fn one_axis_of_a_plane_and_a_motion_along_one_axis_give_the_bits_of_the_line() {
     let line = crate::friction::<f64>();
     let line = Batch::of(&line).unwrap();

@@ -241,21 +241,3 @@ fn single_precision_gets_the_same_choice() {
         [choose(&scene, tolerance), choose(&lag(), tolerance)].map(|choice| choice.unwrap().best);
     assert_eq!((single.level, single.steps), (double.level, double.steps));
 }
-
-/// `cargo test --release -p bristle-fidelity -- --ignored --nocapture ten_thousand`
-#[test]
-#[ignore = "measures; in release"]
-fn how_long_a_search_over_ten_thousand_answers_takes() {
-    let patch = rolling(sine(0.2, 0.2, 10.0), sine(16.0, 2.0, 0.5), 1e-3, 10_000).unwrap();
-    let patch = patch.starting_steadily();
-    let scenes: [(&str, &dyn Scene, f64); 3] = [
-        ("known velocity", &dragged(sine(0.0055, 0.005, 25.0), 4e-4, 10_000).unwrap(), 0.015),
-        ("patch", &patch, 10.0),
-        ("mechanism", &pulled(1.0, 2.0, 0.1, (0.01, 10_000)), 0.0075),
-    ];
-    for (name, scene, error) in scenes {
-        let clock = std::time::Instant::now();
-        let choice = choose(scene, Tolerance::at_every_answer(error)).unwrap();
-        println!("{name}: {:.3} s\n{choice}\n", clock.elapsed().as_secs_f64());
-    }
-}

@@ -173,14 +173,11 @@ fn a_contact_in_a_plane_takes_a_row_for_each_axis() {
     let mut mechanism = LinearMechanism::new(&matrices, rows, storage).unwrap();
     let (mut x, mut v) = ([0.0; 3], [0.3, 0.1, -0.2]);
     let (mut z, mut velocity, h) = (Vector3::zeros(), Vector3::from(v), 0.01);
+    let force = Vector3::new(0.03, 0.07, -0.01);
     for _ in 0..100 {
         let step = companion.step(&velocity, &z, h);
-        let want = step.point_mass(PointMass {
-            mass,
-            velocity,
-            force: Vector3::zeros(),
-            end_weight: Vector3::repeat(0.5),
-        });
+        let want =
+            step.point_mass(PointMass { mass, velocity, force, end_weight: Vector3::repeat(0.5) });
         let (bias, damping) = (step.bias(), step.damping());
         let mut sliding: Vector3<f64> = velocity;
         let sources = Sources {
@@ -189,7 +186,7 @@ fn a_contact_in_a_plane_takes_a_row_for_each_axis() {
             sliding: sliding.as_mut_slice(),
         };
         let motion = Motion { position: &mut x, velocity: &mut v };
-        mechanism.advance(h, &[0.0; 3], motion, sources).unwrap();
+        mechanism.advance(h, force.as_slice(), motion, sources).unwrap();
         z = step.commit(&sliding).deflection;
         velocity = Vector3::from(v);
         assert!((sliding - want).norm() < 1e-15); // 0.3 m/s

@@ -1,6 +1,5 @@
 //! Bristles of several axes: their theorems, their limits, and the scalar model as a special case.
 
-use bristle::companion::PointMass;
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, Stribeck, StribeckParameters};
 use bristle::regularisation::{Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::KelvinVoigt;
@@ -12,7 +11,7 @@ use num_dual::Dual64;
 use proptest::prelude::*;
 
 use bristle_specimens::recipe::{decades, velocity};
-use bristle_specimens::specimens::{kelvin_voigt, table_2_bristle, table_2_curve};
+use bristle_specimens::specimens::{kelvin_voigt, table_2_curve};
 use bristle_specimens::{assert_within, check, integral, lit};
 
 type Model<T, const N: usize, E = Unregularised> = PlaneFrBd<Stribeck<T>, T, N, E>;
@@ -600,19 +599,6 @@ fn a_body_faster_than_expected_keeps_its_deflection() {
     let (held, done) = (contact.hold(&v, &z, 1.0), expected.step(&v, &z, 1.0).commit(&v));
     assert!(held.deflection.x > 1.2 * beyond.x);
     assert!((done.deflection - held.deflection).norm() < 1e-15);
-}
-
-#[test]
-fn a_free_body_takes_the_step_of_each_axis() {
-    let model = PlaneFrBd::isotropic(table_2_curve(), table_2_bristle());
-    let companion = model.under_load(1.0).unwrap().companion(1.0).unwrap();
-    let (v, z, h) = (Vector2::new(0.01, -0.03), Vector2::new(1e-5, 2e-5), 0.01);
-    let (mass, force) = (Vector2::new(1.0, 3.0), Vector2::new(0.3, 0.7));
-    let step = companion.step(&v, &z, h);
-    let end_weight = Vector2::repeat(0.5);
-    let mean = step.point_mass(PointMass { mass, velocity: v, force, end_weight });
-    let rate = (mean - v).component_mul(&mass) * (2.0 / h);
-    assert!((rate - (force - step.force(&mean))).norm() < 1e-13);
 }
 
 #[test]

@@ -303,22 +303,27 @@ fn the_integral_along_the_characteristics_is_met() {
 
 #[test]
 fn single_precision_gives_the_same_to_its_roundings() {
-    fn run<T: Scalar>() -> Vector2<f64> {
+    fn run<T: Scalar>() -> [Vector2<f64>; 2] {
         let model = PlaneFrBd::isotropic(curve::<T>([0.7, 1.5, 6.0]), bristle(300.0, 0.5));
         let tyre = patch(model, parabolic());
         let mut rolling = tyre.combined([[Segment::default(); 64]; 2]).unwrap();
-        let mut force = Vector2::zeros();
+        let mut grid = CombinedGrid::new(&tyre, 30).unwrap();
+        let mut forces = [Vector2::zeros(); 2];
         for number in 0..100 {
             let motion = manoeuvre(5e-4 * f64::from(number));
             let slip_velocity = motion.slip_velocity.map(lit::<T>);
             let motion = Motion { slip_velocity, rolling_speed: lit(16.0) };
-            force = rolling.step(motion, lit(5e-4)).unwrap();
+            let spinning = |place: T, time: T| slip_velocity + Vector2::new(time, -place);
+            let field = Motion { slip_velocity: spinning, rolling_speed: |_, _| lit::<T>(16.0) };
+            forces = [rolling.step(motion, lit(5e-4)), grid.step_field(&field, lit(5e-4))]
+                .map(Result::unwrap);
         }
-        force.map(|f| f.to_subset_unchecked())
+        forces.map(|force| force.map(|f| f.to_subset_unchecked()))
     }
-    let (single, double) = (run::<f32>(), run::<f64>());
     // Some ten roundings a step over a crossing of 15 steps.
-    assert!((single - double).norm() < 1e-5 * double.norm(), "{single} {double}");
+    for (single, double) in run::<f32>().into_iter().zip(run::<f64>()) {
+        assert!((single - double).norm() < 1e-5 * double.norm(), "{single} {double}");
+    }
 }
 
 fn dissipates<const N: usize>(
@@ -369,7 +374,7 @@ fn dissipates<const N: usize>(
 
 #[test]
 fn no_step_gives_more_than_was_stored_under_pressures_that_do_not_rise() {
-    check(150, (rubber(), steps()), |(rubber, run)| {
+    check(80, (rubber(), steps()), |(rubber, run)| {
         // Merging narrow steps takes energy away under these pressures; all terms are right to
         // some roundings of the largest.
         dissipates(&rubber, constant(), &run, 1e-12);
@@ -558,5 +563,12 @@ fn a_patch_in_combined_slip_allocates_nothing() {
             assert!(rolling.moment(&slip_velocity).y.is_finite());
         }
     });
-    assert_eq!(counted.count_total, 0);
+    let mut grid = CombinedGrid::new(&patch(Rubber::TREAD.model(), falling()), 30).unwrap();
+    let slip_velocity = |place: f64, _| Vector2::new(0.4, 20.0 * place);
+    let field = Motion { slip_velocity, rolling_speed: |_, _| 16.0 };
+    let of_grid = allocation_counter::measure(|| {
+        grid.step_field(&field, 1e-3).unwrap();
+        grid.moment(|place| slip_velocity(place, 0.0));
+    });
+    assert_eq!((counted.count_total, of_grid.count_total), (0, 0));
 }

@@ -102,12 +102,6 @@ fn the_force_is_that_of_the_characteristics() {
 }
 
 #[test]
-#[ignore = "long: cargo test --release -p bristle-rolling --test rolling exact:: -- --ignored"]
-fn the_force_is_that_of_the_characteristics_for_long() {
-    every_model((1_000_000, 300, 1234));
-}
-
-#[test]
 fn every_bristle_is_where_its_characteristic_takes_it() {
     let initial = |xi: f64| SCALE * (1.0 - 2.0 * xi);
     let mut rolling = patch(tyre(), parabolic()).exact_in(1000).unwrap();
@@ -169,28 +163,4 @@ fn free_rolling_for_three_hundred_transits_after_sliding_leaves_nothing() {
     check(constant());
     check(exponential(0.1));
     check(parabolic());
-}
-
-#[test]
-fn a_step_input_from_rest_is_steady_after_one_transit() {
-    // V h = 1/64 to the last digit, so that the transit ends with a step.
-    for (v, transport, steps) in
-        [(1e-9, 64.0, 64), (0.1, 16.0, 32), (3.0, 128.0, 128), (-40.0, 1.0, 16)]
-    {
-        let h = 1.0 / (transport * f64::from(steps));
-        let mut rolling = patch(tyre(), parabolic()).exact_in(200).unwrap();
-        let steady = rolling.patch().steady(motion(v, transport)).unwrap();
-        let want = steady.force;
-        for number in 1..=2 * steps {
-            let force = rolling.step(motion(v, transport), h).unwrap();
-            if number >= steps {
-                // A rounding a step.
-                assert!((force / want - 1.0).abs() < 1e-14, "{v}, {number}: {force:e} {want:e}");
-            } else if number < steps * 3 / 4 && v.abs() < 1.0 {
-                assert!((force / want - 1.0).abs() > 1e-3, "{number}");
-            }
-        }
-        rolling.settle(motion(v, transport)).unwrap();
-        assert!((rolling.force(v) / want - 1.0).abs() < 1e-14);
-    }
 }

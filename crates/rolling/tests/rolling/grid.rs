@@ -396,7 +396,7 @@ fn a_load_that_varies_is_that_of_the_exact_reduction_by_both_rules() {
     let h = 1.0 / 160.0 / 200.0;
     for renews in [true, false] {
         let (mut grid, mut exact) = (Grid::new(&patch, 200).unwrap(), patch.exact_in(200).unwrap());
-        for number in 0..1000 {
+        for number in 0..700 {
             let time = h * (f64::from(number) + 0.5);
             let load = match number {
                 400..410 => 0.0,

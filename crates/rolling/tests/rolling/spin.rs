@@ -5,11 +5,11 @@ use super::combined::{
     LENGTH, LOAD, Model, Rubber, bristle, curve, manoeuvre, patch, rubber, slip,
 };
 use crate::tyre::{constant, coulomb, falling, parabolic};
-use bristle::{Reloaded, Scalar};
+use bristle::Reloaded;
 use bristle_plane::{PlaneBristle, PlaneFrBd};
 use bristle_rolling::{CombinedGrid, Grid, Motion};
 use bristle_specimens::recipe::decades;
-use bristle_specimens::{assert_within, check, integral, lit};
+use bristle_specimens::{assert_within, check, integral};
 use nalgebra::{Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 
@@ -352,7 +352,7 @@ fn the_other_side_mirrors_the_force() {
 #[test]
 fn no_motion_gives_more_energy_than_was_stored() {
     let wave = || (decades(1e-3, 10.0), 0.0..std::f64::consts::TAU, 0.3..10.0);
-    check(30, (rubber(), [wave(), wave(), wave()], 1.0..60.0), |(rubber, waves, speed)| {
+    check(15, (rubber(), [wave(), wave(), wave()], 1.0..60.0), |(rubber, waves, speed)| {
         let tyre = patch(rubber.model(), constant());
         let cells = 40;
         let mut grid = CombinedGrid::new(&tyre, cells).unwrap();
@@ -418,26 +418,6 @@ fn no_motion_drives_a_bristle_out_of_its_box() {
 }
 
 #[test]
-fn single_precision_gives_the_same_to_its_roundings() {
-    fn run<T: Scalar>() -> Vector2<f64> {
-        let model: Model<T> = PlaneFrBd::isotropic(curve([0.7, 1.5, 6.0]), bristle(300.0, 0.3));
-        let mut grid = CombinedGrid::new(&patch(model, parabolic::<T>()), 30).unwrap();
-        let mut force = Vector2::zeros();
-        for number in 0..40 {
-            let slip_velocity = |place: T, time: T| {
-                let side = lit::<T>(0.2 * f64::from(number)).sin() + time;
-                Vector2::new(lit(0.5), side - place)
-            };
-            let field = Motion { slip_velocity, rolling_speed: |_, _| lit::<T>(16.0) };
-            force = grid.step_field(&field, lit(4e-4)).unwrap();
-        }
-        force.map(|force| force.to_subset_unchecked())
-    }
-    // Forty steps of a few roundings.
-    assert_within(1e-5, LOAD, (run::<f32>() - run::<f64>()).norm(), 0.0, || "f32".into());
-}
-
-#[test]
 fn renewal_takes_energy_away_with_the_bristles_that_leave() {
     let mut grid = CombinedGrid::new(&patch(TREAD.model(), falling()), 30).unwrap();
     let twist = Twist { slip: Vector2::new(0.4, 0.1), spin: 5.0, row: 0.0 };
@@ -454,17 +434,6 @@ fn renewal_takes_energy_away_with_the_bristles_that_leave() {
     half(grid.renew(LOAD).unwrap(), 0.5 * stored);
     assert_within(1e-14, stored, grid.stored_energy(), 0.25 * stored, || "double".into());
     assert_eq!(grid.normal_force(), LOAD);
-}
-
-#[test]
-fn a_step_allocates_nothing() {
-    let mut grid = CombinedGrid::new(&patch(TREAD.model(), falling()), 30).unwrap();
-    let twist = Twist { slip: Vector2::new(0.4, -0.3), spin: 20.0, row: 0.01 };
-    let counted = allocation_counter::measure(|| {
-        twist.settle(&mut grid, 16.0);
-        grid.moment(|place| twist.at(place));
-    });
-    assert_eq!(counted.count_total, 0);
 }
 
 #[test]

@@ -142,40 +142,27 @@ impl FromPrimitive for Counted {
     }
 }
 
-impl SubsetOf<Counted> for Counted {
-    fn to_superset(&self) -> Counted {
-        *self
-    }
-    fn from_superset_unchecked(element: &Counted) -> Self {
-        *element
-    }
-    fn is_in_subset(_: &Counted) -> bool {
-        true
-    }
+macro_rules! subsets {
+    ($($type:ty, |$wide:ident| $to:expr, |$narrow:ident| $from:expr;)*) => {$(
+        impl SubsetOf<Counted> for $type {
+            fn to_superset(&self) -> Counted {
+                let $wide = *self;
+                $to
+            }
+            fn from_superset_unchecked($narrow: &Counted) -> Self {
+                $from
+            }
+            fn is_in_subset(_: &Counted) -> bool {
+                true
+            }
+        }
+    )*};
 }
 
-impl SubsetOf<Counted> for f64 {
-    fn to_superset(&self) -> Counted {
-        Counted(*self)
-    }
-    fn from_superset_unchecked(element: &Counted) -> Self {
-        element.0
-    }
-    fn is_in_subset(_: &Counted) -> bool {
-        true
-    }
-}
-
-impl SubsetOf<Counted> for f32 {
-    fn to_superset(&self) -> Counted {
-        Counted(f64::from(*self))
-    }
-    fn from_superset_unchecked(element: &Counted) -> Self {
-        element.0 as f32
-    }
-    fn is_in_subset(_: &Counted) -> bool {
-        true
-    }
+subsets! {
+    Counted, |value| value, |value| *value;
+    f64, |value| Counted(value), |value| value.0;
+    f32, |value| Counted(f64::from(value)), |value| value.0 as f32;
 }
 
 impl AbsDiffEq for Counted {
@@ -242,6 +229,25 @@ macro_rules! functions {
     )*)*};
 }
 
+/// What is not counted.
+macro_rules! free {
+    ($($method:ident($($argument:ident),*))*) => {$(
+        fn $method(self $(, $argument: Self)*) -> Self {
+            Self(self.0.$method($($argument.0),*))
+        }
+    )*};
+}
+
+/// Written in terms of others.
+macro_rules! by_others {
+    ($(|$this:ident $(, $argument:ident)*| $method:ident = $value:expr;)*) => {$(
+        fn $method(self $(, $argument: Self)*) -> Self {
+            let $this = self;
+            $value
+        }
+    )*};
+}
+
 impl ComplexField for Counted {
     type RealField = Self;
 
@@ -252,51 +258,28 @@ impl ComplexField for Counted {
         other: floor ceil round trunc fract sin cos tan asin acos atan sinh cosh tanh asinh acosh
             atanh log2 log10 ln ln_1p cbrt;
     }
+    free! { abs() }
+    by_others! {
+        |x| real = x;
+        |_x| imaginary = Self(0.0);
+        |x| modulus = Self(x.0.abs());
+        |x| modulus_squared = x * x;
+        |x| argument = Self(if x.0 >= 0.0 { 0.0 } else { std::f64::consts::PI });
+        |x| norm1 = Self(x.0.abs());
+        |x, factor| scale = x * factor;
+        |x, factor| unscale = x / factor;
+        |x, a, b| mul_add = x * a + b;
+        |x, other| hypot = (x * x + other * other).sqrt();
+        |x| conjugate = x;
+        |x, base| log = x.ln() / base.ln();
+        |x, n| powc = x.powf(n);
+    }
 
     fn from_real(re: Self) -> Self {
         re
     }
-    fn real(self) -> Self {
-        self
-    }
-    fn imaginary(self) -> Self {
-        Self(0.0)
-    }
-    fn modulus(self) -> Self {
-        Self(self.0.abs())
-    }
-    fn modulus_squared(self) -> Self {
-        self * self
-    }
-    fn argument(self) -> Self {
-        Self(if self.0 >= 0.0 { 0.0 } else { std::f64::consts::PI })
-    }
-    fn norm1(self) -> Self {
-        Self(self.0.abs())
-    }
-    fn scale(self, factor: Self) -> Self {
-        self * factor
-    }
-    fn unscale(self, factor: Self) -> Self {
-        self / factor
-    }
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        self * a + b
-    }
-    fn abs(self) -> Self {
-        Self(self.0.abs())
-    }
-    fn hypot(self, other: Self) -> Self {
-        (self * self + other * other).sqrt()
-    }
-    fn conjugate(self) -> Self {
-        self
-    }
     fn sin_cos(self) -> (Self, Self) {
         (self.sin(), self.cos())
-    }
-    fn log(self, base: Self) -> Self {
-        self.ln() / base.ln()
     }
     fn powi(self, n: i32) -> Self {
         count(|counts| counts.pow += 1);
@@ -305,9 +288,6 @@ impl ComplexField for Counted {
     fn powf(self, n: Self) -> Self {
         count(|counts| counts.pow += 1);
         Self(self.0.powf(n.0))
-    }
-    fn powc(self, n: Self) -> Self {
-        self.powf(n)
     }
     fn is_finite(&self) -> bool {
         self.0.is_finite()
@@ -350,18 +330,7 @@ impl RealField for Counted {
     fn is_sign_negative(&self) -> bool {
         self.0.is_sign_negative()
     }
-    fn copysign(self, sign: Self) -> Self {
-        Self(self.0.copysign(sign.0))
-    }
-    fn max(self, other: Self) -> Self {
-        Self(self.0.max(other.0))
-    }
-    fn min(self, other: Self) -> Self {
-        Self(self.0.min(other.0))
-    }
-    fn clamp(self, min: Self, max: Self) -> Self {
-        Self(self.0.clamp(min.0, max.0))
-    }
+    free! { copysign(sign) max(other) min(other) clamp(least, most) }
     fn atan2(self, other: Self) -> Self {
         count(|counts| counts.other += 1);
         Self(self.0.atan2(other.0))
