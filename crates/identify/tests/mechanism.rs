@@ -403,15 +403,13 @@ fn seeds_of_a_ripple() {
     assert_calibrated(Case::Ripple);
 }
 
-/// What the noise of a drive leaves of whole logs says less than segments do, and what a model
-/// leaves over another length than its rival nothing: FrBD was named here.
+/// Noise of a drive leaves errors of another size over another length. FrBD was named here, which
+/// had been fitted over a third of the length of its rival.
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn candidates_are_predicted_over_one_length() {
     let (joint, logs, _) = experiment(Case::HeldAndNoisy, 0);
     let found = compared(&joint, &logs);
-    let lengths = found.fits.iter().map(|fit| fit.horizon);
-    assert!(lengths.clone().any(|length| length != found.fits[0].horizon), "{found}");
     assert_eq!(found.named().unwrap().friction, Friction::dahl().loaded(), "{found}");
 }
 

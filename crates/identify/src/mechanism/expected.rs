@@ -133,8 +133,8 @@ impl Stages<'_> {
     }
 
     /// Standard errors are those that noise of drive and position leads one to expect, and those
-    /// of the residuals as far as noise does not explain them: s² + (1 − 2 σ_n²/σ²)₊ s_r². Twice the
-    /// squares σ_n² that noise leaves, because those of a simulated log scatter as much.
+    /// of the residuals as far as noise does not explain them: s² + (1 − 2 σ_n²/σ²)₊ s_r². It is
+    /// twice the squares σ_n² that noise leaves, because those of a simulated log scatter as much.
     pub(super) fn know_noise(&mut self, fit: &mut Fit) -> Result<(), ParameterError> {
         if fit.outcome == SearchOutcome::Stopped || self.horizon() == 0.0 {
             return Ok(());
@@ -182,7 +182,7 @@ mod tests {
         let moved = |rows: core::ops::Range<usize>| {
             rows.filter(|&row| noisy.position[row] != log.position[row]).count()
         };
-        // One count in three rows: each row has a neighbour on another count, or is between two.
+        // A count lasts three rows, of which the middle one sees no change.
         assert!(moved(0..100) == 0 && moved(105..195) > 45, "{:?}", noisy.position);
     }
 }

@@ -71,7 +71,7 @@ pub(super) fn tried(parameters: &[Parameter]) -> Vec<Vec<f64>> {
 }
 
 /// The parameters with which a candidate begins at the result of a smaller one: the same, or nearly
-/// so, so that a search moves all of them, and one that was fixed there starts as it does by itself.
+/// so. Then a search moves all of them, and one that was fixed there starts as it does by itself.
 /// Undamped, the bristle lacks its damping: in LuGre's model a stiff one damps more than in that of
 /// Coulomb's friction.
 pub(super) fn contained_start(
