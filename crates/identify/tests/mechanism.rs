@@ -364,12 +364,12 @@ fn assert_calibrated(case: Case) {
          | {well:.0} % |",
         worst.1
     );
-    // So many seeds tell a scatter to 1/√(2(n − 1)) and a share of 90 % to √(0.09/n): three of
-    // these, for the worst of a dozen parameters.
-    let [of_scatter, of_share] = [0.5 / (seeds as f64 - 1.0), 0.09 / seeds as f64]
-        .map(|variance: f64| 3.0 * variance.sqrt());
-    let [least, most] = [least * (1.0 + of_scatter), most / (1.0 + of_scatter)];
-    let calibrated = share >= 0.95 && least >= 0.7 && most <= 1.5;
+    // What so few seeds tell of a scatter, by Wilson and Hilferty's quantiles of χ², and of a share:
+    // three deviations.
+    let (spread, of_share) =
+        (2.0 / (9.0 * (seeds as f64 - 1.0)), 3.0 * (0.09 / seeds as f64).sqrt());
+    let [low, high] = [-3.0, 3.0].map(|z| (1.0 - spread + z * spread.sqrt()).powf(1.5));
+    let calibrated = share >= 0.95 && least >= 0.7 / high && most <= 1.5 / low;
     assert!(calibrated && named >= 0.9 - of_share, "{case:?}");
 }
 
