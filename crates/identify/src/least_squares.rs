@@ -62,7 +62,7 @@ const PROBE: f64 = 0.05;
 /// may take away from a search that has converged.
 pub(super) const NOTICEABLE: f64 = 1e-3;
 /// Most times that a search goes on from a better probe.
-const PROBES: usize = 5;
+pub(super) const PROBES: usize = 5;
 
 /// Finds the parameters that minimise Σ r² within their bounds.
 ///
@@ -80,16 +80,30 @@ pub fn least_squares<R: Residuals<N>, const N: usize>(
     settings: &SearchSettings,
     progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
-    minimise(&Counted(residuals), &parameters, settings, progress)
+    let residuals = &Counted(residuals);
+    let found = minimise(residuals, &parameters, settings, PROBES, progress)?;
+    Ok(assess(&Problem::new(residuals, &parameters)?, &found))
 }
 
-/// [`least_squares`] with parameters whose number is known at run time.
+/// Where a search has ended.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    pub(super) point: Point,
+    pub(super) values: Vec<f64>,
+    pub(super) cost: f64,
+    pub(super) outcome: SearchOutcome,
+    pub(super) iterations: usize,
+}
+
+/// The search of [`least_squares`], with parameters whose number is known at run time, and so many
+/// rounds of probes at most.
 pub(super) fn minimise<R: Objective>(
     residuals: &R,
     parameters: &[Parameter],
     settings: &SearchSettings,
+    probes: usize,
     progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
-) -> Result<Fit, ParameterError> {
+) -> Result<Found, ParameterError> {
     Named("tolerance", settings.tolerance).non_negative()?;
     let problem = &Problem::new(residuals, parameters)?;
     // With the model's own error, if it refuses the start.
@@ -101,7 +115,7 @@ pub(super) fn minimise<R: Objective>(
         let (iterations, rows) = (0, 1);
         let mut search =
             Search { problem, settings, number, point, cost, outcome, iterations, rows };
-        search.run(progress);
+        search.run(probes, progress);
         search
     };
     let mut best = search(0, problem.start.clone());
@@ -128,7 +142,8 @@ pub(super) fn minimise<R: Objective>(
             best.outcome = SearchOutcome::Stopped;
         }
     }
-    Ok(assess(problem, &best.point, best.outcome, iterations))
+    let Search { point, cost, outcome, .. } = best;
+    Ok(Found { values: problem.values(&point), point, cost, outcome, iterations })
 }
 
 /// A search from one place, and where it is.
@@ -149,10 +164,10 @@ type Callback<'a> = &'a mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>;
 
 impl<R: Objective> Search<'_, R> {
     /// Goes on while a probe of one parameter finds a better place.
-    fn run(&mut self, progress: Callback<'_>) {
-        for _ in 0..PROBES {
+    fn run(&mut self, probes: usize, progress: Callback<'_>) {
+        for _ in 0..probes.max(1) {
             self.outcome = self.descend(progress);
-            if self.outcome != SearchOutcome::Converged {
+            if self.outcome != SearchOutcome::Converged || probes == 0 {
                 return;
             }
             match self.probe(progress) {

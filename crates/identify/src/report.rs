@@ -279,11 +279,7 @@ impl Fit {
 
 impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "{:22} {:>12} {:>12}  {:5} verdict",
-            "parameter", "value", "std. error", "unit"
-        )?;
+        writeln!(f, "parameter                     value   std. error  unit  verdict")?;
         for Estimate { parameter, log, value, standard_error, verdict } in &self.estimates {
             let unit = if parameter.unit.is_empty() { "–" } else { parameter.unit };
             let (value, error) = (Number(*value), Number(*standard_error));

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::DMatrix;
 
-use super::least_squares::NOTICEABLE;
+use super::least_squares::{Found, NOTICEABLE};
 use super::log::pairs;
 use super::problem::{Objective, Point, Problem, Rows};
 use super::residuals::{Parameter, within};
@@ -22,12 +22,8 @@ const SHARE: f64 = 0.03;
 const SETTLED: f64 = 1e-6;
 
 /// The fit at a point, with its standard errors.
-pub(super) fn assess<R: Objective>(
-    problem: &Problem<'_, R>,
-    point: &Point,
-    outcome: SearchOutcome,
-    iterations: usize,
-) -> Fit {
+pub(super) fn assess<R: Objective>(problem: &Problem<'_, R>, found: &Found) -> Fit {
+    let &Found { ref point, outcome, iterations, .. } = found;
     let (rows, dropped) = problem.rows(point).up_to(problem.residuals.largest_gradient());
     let residuals: Vec<f64> = rows.rows.iter().map(|(residual, _)| *residual).collect();
     let series = Series::of(&residuals);
@@ -301,7 +297,9 @@ mod tests {
         let assessed = |largest| {
             let exploding = Exploding(largest);
             let problem = Problem::new(&exploding, &parameters).unwrap();
-            assess(&problem, &problem.start, SearchOutcome::RunLimit, 0)
+            let (outcome, iterations) = (SearchOutcome::RunLimit, 0);
+            let point = problem.start.clone();
+            assess(&problem, &Found { values: vec![], point, cost: 0.0, outcome, iterations })
         };
         // Beside 10¹² the others fall below half of the digits.
         let (all, kept) = (assessed(f64::INFINITY), assessed(1e6));

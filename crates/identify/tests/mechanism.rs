@@ -329,7 +329,7 @@ fn experiment(case: Case, seed: u64) -> (Joint, Vec<DriveLog>, Vec<(&'static str
 
 /// A row of the table of docs/identification.md: `BRISTLE_SEEDS` is the number of seeds.
 fn assert_calibrated(case: Case) {
-    let seeds = std::env::var("BRISTLE_SEEDS").map_or(200, |text| text.parse::<u64>().unwrap());
+    let seeds = std::env::var("BRISTLE_SEEDS").map_or(10, |text| text.parse::<u64>().unwrap());
     let (mut named, mut all) = (0, Vec::new());
     for seed in 0..seeds {
         let (joint, logs, truth) = experiment(case, seed);
@@ -376,15 +376,20 @@ fn assert_calibrated(case: Case) {
          | {well:.0} % |",
         worst.1
     );
-    let calibrated = share >= 0.95 && least >= 0.7 && most <= 1.5;
-    assert!(calibrated && named >= 0.9, "{case:?}");
+    // What so few seeds tell of a scatter, by Wilson and Hilferty's quantiles of χ², and of a share:
+    // three deviations.
+    let (spread, of_share) =
+        (2.0 / (9.0 * (seeds as f64 - 1.0)), 3.0 * (0.09 / seeds as f64).sqrt());
+    let [low, high] = [-3.0, 3.0].map(|z| (1.0 - spread + z * spread.sqrt()).powf(1.5));
+    let calibrated = share >= 0.95 && least >= 0.7 / high && most <= 1.5 / low;
+    assert!(calibrated && named >= 0.9 - of_share, "{case:?}");
 }
 
 /// One test for each row, so that they run beside each other.
 macro_rules! seeds {
     ($($name:ident $case:ident)*) => {$(
         #[test]
-        #[ignore = "hours; run in release"]
+        #[ignore = "a minute for ten seeds; run in release"]
         fn $name() {
             assert_calibrated(Case::$case);
         }
@@ -397,6 +402,16 @@ seeds! {
     seeds_of_a_drag_by_direction DirectionalDrag
     seeds_of_overstated_loads Overstated
     seeds_of_a_ripple Ripple
+}
+
+/// Noise of a drive leaves errors of another size over another length. FrBD was named here, which
+/// had been fitted over a third of the length of its rival.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn candidates_are_predicted_over_one_length() {
+    let (joint, logs, _) = experiment(Case::HeldAndNoisy, 0);
+    let found = compared(&joint, &logs);
+    assert_eq!(found.named().unwrap().friction, Friction::dahl().loaded(), "{found}");
 }
 
 /// A servo that follows a goal: its controller is closed around the simulated position.

@@ -2,17 +2,22 @@
 //!
 //! Each log, or each fourth of them, is predicted by a search over the others, which begins at the
 //! result of all; of a single log, each third of its rows by the two others. The score of a
-//! candidate is the mean square e² of the simulated position over what was left out, cut into
-//! windows, ten in each log. Among the candidates whose squares exceed those of the best, window by
-//! window, by no more than one standard error s/√n, with the deviation s of n such differences, the
-//! one with the fewest parameters is named. A search that has not converged says nothing of its
-//! candidate, which is then neither the best nor named.
+//! candidate is the mean square e² of the position over what was left out, simulated over segments
+//! of one length, the shortest over which a candidate was fitted: another length has other errors.
+//! It is cut into windows, ten in each log.
+//!
+//! Named is the candidate with the fewest parameters whose squares exceed those of the best by no
+//! more than one standard error s/√n: of n differences, window by window, or of the best one's own
+//! squares, whichever is larger. The differences alone promise too much where all windows of a log
+//! share an error. A search that has not converged says nothing of its candidate, which is then
+//! neither the best nor named.
 //!
 //! Logs that are held out take no part in this: their errors are those of a prediction.
 //!
 //! Source: L. Breiman, J. H. Friedman, R. A. Olshen, C. J. Stone, "Classification and Regression
 //! Trees" (1984), section 3.4.3.
 
+use core::cell::Cell;
 use core::fmt;
 use core::ops::ControlFlow;
 
@@ -56,8 +61,8 @@ pub struct Comparison {
 /// from the others as well as the best. Each candidate is started from the logs and from those
 /// before it that it contains, and never ends above them: put the simpler ones first.
 ///
-/// The logs `held_out` are predicted, and take no part in the choice. The callback can stop: the
-/// candidates so far are compared.
+/// The logs `held_out` are predicted, and take no part in the choice. The callback can stop: only
+/// candidates that were predicted by then can be named.
 ///
 /// # Errors
 ///
@@ -74,16 +79,16 @@ pub fn compare(
     Named("candidates", candidates.len()).count(1)?;
     let smoothed: Vec<_> = fitted.iter().map(smooth).collect();
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
-    let mut squares = Vec::new();
+    let stopped = Cell::new(false);
+    let mut tell = |candidate, now: &Progress<'_>| {
+        let goes_on = progress(&Progress { candidate, ..*now });
+        stopped.set(goes_on.is_break());
+        goes_on
+    };
     for (candidate, friction) in candidates.iter().enumerate() {
         let contained = fits.iter().filter(|fit| friction.contains(&fit.friction));
         let contained: Vec<_> = contained.collect();
-        let mut stopped = false;
-        let mut watch = |now: &Progress<'_>| {
-            let goes_on = progress(&Progress { candidate, ..*now });
-            stopped |= goes_on.is_break();
-            goes_on
-        };
+        let mut watch = |now: &Progress<'_>| tell(candidate, now);
         let found = if contained.is_empty() {
             fit_joint(joint, friction, fitted, held_out, settings, &mut watch)
         } else {
@@ -91,80 +96,93 @@ pub fn compare(
             fit_candidate(joint, friction, logs, settings, &contained, &mut watch)
         };
         match found {
-            Ok(fit) => {
-                squares.push(squares_left_out(&fit, &smoothed, settings, &mut watch)?);
-                fits.push(fit);
-            }
+            Ok(fit) => fits.push(fit),
             Err(error) => refused.push((*friction, error)),
         }
-        if stopped {
+        if stopped.get() {
             break;
         }
     }
     if let (true, Some((_, error))) = (fits.is_empty(), refused.first()) {
         return Err(*error);
     }
+    let converged = |fit: &&JointFit| fit.fit.outcome == SearchOutcome::Converged;
+    let lengths = fits.iter().filter(converged).map(|fit| fit.horizon);
+    let length = lengths.fold(f64::INFINITY, f64::min);
+    let mut squares = vec![Vec::new(); fits.len()];
+    for (candidate, (fit, squares)) in fits.iter().zip(&mut squares).enumerate() {
+        let mut watch = |now: &Progress<'_>| tell(candidate, now);
+        if converged(&fit) && !stopped.get() {
+            *squares = squares_left_out(fit, &smoothed, length, settings, &mut watch)?;
+        }
+    }
     let left_out: Vec<_> = squares.iter().map(|squares| mean_and_error(squares)).collect();
-    let known = || left_out.iter().enumerate().filter(|(_, [mean, _])| mean.is_finite());
-    let best = known().min_by(|a, b| a.1[0].total_cmp(&b.1[0]));
-    let near = known().filter(|&(place, _)| {
-        let pairs = best.iter().flat_map(|(best, _)| squares[place].iter().zip(&squares[*best]));
-        let more: Vec<f64> = pairs.map(|(ours, best)| ours - best).collect();
-        let [mean, error] = mean_and_error(&more);
-        mean <= error
-    });
-    let rank = |place: usize| fits.get(place).map_or(usize::MAX, JointFit::searched);
-    let simplest = near.min_by(|a, b| rank(a.0).cmp(&rank(b.0)).then(a.1[0].total_cmp(&b.1[0])));
-    let [best, simplest] = [best, simplest].map(|found| found.map(|(place, _)| place));
+    let [best, simplest] = named(&fits, &squares, &left_out);
     Ok(Comparison { fits, refused, left_out, best, simplest })
 }
 
-/// Mean squares of the simulated position window by window, each of a log that was left out; none
-/// where a search has not converged, or was stopped.
+/// The places of the best candidate and of the simplest one that is as good.
+fn named(fits: &[JointFit], squares: &[Vec<f64>], left_out: &[[f64; 2]]) -> [Option<usize>; 2] {
+    let known = || left_out.iter().enumerate().filter(|(_, [mean, _])| mean.is_finite());
+    let Some((best, [_, own])) = known().min_by(|a, b| a.1[0].total_cmp(&b.1[0])) else {
+        return [None; 2];
+    };
+    let near = known().map(|(place, _)| place).filter(|&place| {
+        let pairs = squares[place].iter().zip(&squares[best]);
+        let more: Vec<f64> = pairs.map(|(ours, best)| ours - best).collect();
+        let [mean, error] = mean_and_error(&more);
+        mean <= error.max(*own)
+    });
+    let rank = |place: &usize| (fits[*place].searched(), *place);
+    [Some(best), near.min_by_key(rank)]
+}
+
+/// Mean squares of the position window by window, simulated over segments of a length, each of a
+/// log that was left out; none where a search was stopped, or the model has no answer.
 fn squares_left_out(
     fit: &JointFit,
     logs: &[SmoothedLog<'_>],
+    horizon: f64,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Vec<f64>, ParameterError> {
-    let (model, horizon) = (&fit.model, fit.horizon);
-    let whole = Errors::new(model, logs, Criterion::Segments(f64::INFINITY));
-    let mut errors = Errors::new(model, logs, Criterion::Segments(horizon));
-    let mut parameters = model.table.parameters.clone();
+    let table = &fit.model.table;
+    let mut errors = Errors::new(&fit.model, logs, Criterion::Segments(horizon));
+    let mut parameters = table.parameters.clone();
     begin_at(&mut parameters, &fit.fit.values());
-    let Settings { tolerance, gradient_runs: iterations, .. } = *settings;
+    let (iterations, tolerance) = (settings.gradient_runs, 10.0 * settings.tolerance);
     let search = SearchSettings { iterations, tolerance, starts: 1 };
     let (mut gradient_runs, mut squares) = (fit.gradient_runs, Vec::new());
     let parts = if logs.len() == 1 { PARTS } else { 1 };
     let folds = FOLDS.min(logs.len() * parts);
+    let rows: Vec<usize> = errors.by_log(&fit.fit.values())?.iter().map(Vec::len).collect();
     for out in 0..folds {
-        if fit.fit.outcome != SearchOutcome::Converged {
-            return Ok(Vec::new());
-        }
-        let ours = |log: usize, row, rows| (log + row * parts / rows) % folds == out;
-        errors.weights.clear();
-        for (log, residuals) in errors.by_log(&fit.fit.values())?.into_iter().enumerate() {
-            let weight = |row| f64::from(u8::from(!ours(log, row, residuals.len())));
-            errors.weights.extend((0..residuals.len()).map(weight));
-        }
+        let weights = |inside: bool| -> Vec<Vec<f64>> {
+            let of_log = |(log, &rows): (usize, &usize)| {
+                let is_out = |row| (log + row * parts / rows) % folds == out;
+                (0..rows).map(|row| f64::from(u8::from(is_out(row) == inside))).collect()
+            };
+            rows.iter().enumerate().map(of_log).collect()
+        };
+        errors.weights = weights(false);
         let mut watch = |now: &SearchProgress<'_>| {
             let &SearchProgress { iteration, rmse, values, .. } = now;
             let gradient_runs = gradient_runs + iteration;
             progress(&Progress { candidate: 0, horizon, gradient_runs, rmse, values })
         };
-        let found = minimise(&errors, &parameters, &search, &mut watch)?;
-        gradient_runs += found.iterations + 1;
-        if found.outcome == SearchOutcome::Stopped {
+        let found = minimise(&errors, &parameters, &search, 0, &mut watch)?;
+        gradient_runs += found.iterations;
+        errors.weights = weights(true);
+        let values = table.without(found.values, |log| parts == 1 && log % folds == out);
+        let (Ok(left), false) = (errors.by_log(&values), found.outcome == SearchOutcome::Stopped)
+        else {
             return Ok(Vec::new());
-        }
-        let values = model.table.without(found.values(), |log| parts == 1 && log % folds == out);
-        let Ok(left) = whole.by_log(&values) else { return Ok(Vec::new()) };
-        for (log, residuals) in left.into_iter().enumerate() {
-            let rows = residuals.len();
-            let all = residuals.into_iter().enumerate().filter(|(row, _)| ours(log, *row, rows));
-            let all: Vec<f64> = all.map(|(_, r)| r * r).collect();
-            let length = all.len().div_ceil(WINDOWS).max(1);
-            squares.extend(all.chunks(length).map(|w| w.iter().sum::<f64>() / w.len() as f64));
+        };
+        for (residuals, weights) in left.iter().zip(&errors.weights) {
+            let ours = residuals.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);
+            let ours: Vec<f64> = ours.map(|(r, _)| r * r).collect();
+            let length = ours.len().div_ceil(WINDOWS).max(1);
+            squares.extend(ours.chunks(length).map(|w| w.iter().sum::<f64>() / w.len() as f64));
         }
     }
     Ok(squares)
@@ -194,12 +212,8 @@ impl fmt::Display for Comparison {
         for (i, (fit, [square, error])) in self.fits.iter().zip(&self.left_out).enumerate() {
             let (name, free, root) = (fit.friction, fit.searched(), square.sqrt());
             let (left_out, error) = (Number(root), Number(0.5 * error / root));
-            write!(
-                f,
-                "| {name} | {free} | {} | {} |",
-                over(fit.horizon),
-                fit.fitted.all.simulated
-            )?;
+            let (length, fitted) = (over(fit.horizon), fit.fitted.all.simulated);
+            write!(f, "| {name} | {free} | {length} | {fitted} |")?;
             write!(f, " {left_out:.2} ± {error:.1} | ")?;
             fit.held_out.iter().try_for_each(|scores| write!(f, "{}", scores.all.simulated))?;
             let best = if self.best == Some(i) { ", best" } else { "" };

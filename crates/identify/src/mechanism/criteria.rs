@@ -43,8 +43,8 @@ pub(super) struct Errors<'a> {
     pub(super) criterion: Criterion,
     /// Largest gradient of a row that counts for the standard errors \[rad\].
     pub(super) largest_gradient: f64,
-    /// Square roots of the weights of all residuals; one where there is none.
-    pub(super) weights: Vec<f64>,
+    /// Square roots of the weights of the residuals of each log; one where there is none.
+    pub(super) weights: Vec<Vec<f64>>,
 }
 
 /// The segments of a log: from the row of the start to the last one.
@@ -137,13 +137,19 @@ impl<'a> Errors<'a> {
         segments(log.log, length).into_iter().map(about_mean).sum()
     }
 
-    /// The residuals log by log, by as many threads as the machine has.
+    /// The weighted residuals log by log, by as many threads as the machine has. A log without
+    /// weights is not simulated.
     pub(super) fn by_log<T: Scalar>(&self, values: &[T]) -> Result<Vec<Vec<T>>, ParameterError> {
         let of_log = |number: usize| {
+            let weights = self.weights.get(number).map_or(&[][..], Vec::as_slice);
+            if !weights.is_empty() && weights.iter().all(|&weight| weight == 0.0) {
+                return Ok(vec![T::zero(); weights.len()]);
+            }
             let mut residuals = Vec::new();
             let mut push = |r: T| residuals.push(r);
             let log = self.logs.get(number);
             log.map_or(Ok(()), |log| self.of_log(number, log, values, &mut push))?;
+            residuals.iter_mut().zip(weights).for_each(|(r, &weight)| *r *= lit(weight));
             Ok(residuals)
         };
         side_by_side(self.logs.len(), of_log).into_iter().collect()
@@ -174,10 +180,7 @@ impl Objective for Errors<'_> {
         values: &[T],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        let mut weights = self.weights.iter();
-        for r in self.by_log(values)?.into_iter().flatten() {
-            each(weights.next().map_or(r, |&weight| r * lit(weight)));
-        }
+        self.by_log(values)?.into_iter().flatten().for_each(each);
         Ok(())
     }
 }

@@ -43,26 +43,29 @@ fn drive_noise(log: &DriveLog) -> f64 {
     if log.noisy { size } else { 0.0 }
 }
 
-/// A log with more noise; that of the position is at most of a size.
+/// A log with more noise; that of the position is at most of a size. An encoder that stands still
+/// has none.
 fn noisier(log: &DriveLog, most: f64, draw: &mut Draw) -> DriveLog {
-    let mut more = |column: &[f64], size: f64| -> Vec<f64> {
-        column.iter().map(|value| value + size * draw.gauss()).collect()
+    let (of_drive, of_position) = (drive_noise(log), most.min(noise(&log.position) / 6.0));
+    let drive = log.drive.iter().map(|value| value + of_drive * draw.gauss()).collect();
+    let moved = |(row, &x): (usize, &f64)| {
+        let mut near = log.position.iter().skip(row.saturating_sub(1)).take(3);
+        if near.all(|y| *y == x) { x } else { x + of_position * draw.gauss() }
     };
-    let drive = more(&log.drive, drive_noise(log));
-    let position = more(&log.position, most.min(noise(&log.position) / 6.0));
+    let position = log.position.iter().enumerate().map(moved).collect();
     DriveLog { drive, position, ..log.clone() }
 }
 
-/// Expected errors of the search variables at the starts of the parameters, if the sensitivities
-/// are finite and nothing stops in between, from so many draws. Noise of the position is at most of
-/// a size.
+/// Expected errors of the search variables at the starts of the parameters, and the mean square of
+/// the residuals that noise leaves, if the sensitivities are finite and nothing stops in between,
+/// from so many draws. Noise of the position is at most of a size.
 fn expected(
     errors: &Errors<'_>,
     parameters: &[Parameter],
     most: f64,
     draws: usize,
     ask: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<Option<Point>, ParameterError> {
+) -> Result<Option<(Point, f64)>, ParameterError> {
     let problem = Problem::new(errors, parameters)?;
     let rows = problem.rows(&problem.start);
     if !rows.finite {
@@ -74,6 +77,7 @@ fn expected(
     let norms = linear.column_norms();
     let inverse = Determinacy::of(&linear.directions(&free), &norms, &free, parameters).inverse;
     let (mut squares, mut draw) = (Point::zeros(parameters.len()), Draw::new());
+    let (mut noise, mut count) = (0.0, 0.0);
     for _ in 0..draws {
         let noisy: Vec<DriveLog> =
             errors.logs.iter().map(|smoothed| noisier(smoothed.log, most, &mut draw)).collect();
@@ -86,6 +90,7 @@ fn expected(
                     // A row beyond says nothing of the accuracy.
                     if gradient.amax() <= errors.largest_gradient {
                         score.axpy(r - before, gradient, 1.0);
+                        (noise, count) = (noise + (r - before) * (r - before), count + 1.0);
                     }
                 }
             },
@@ -93,10 +98,11 @@ fn expected(
         if ask().is_break() {
             return Ok(None);
         }
-        let moved = &inverse * score;
+        let moved = &inverse * &score;
+        noise -= score.dot(&moved);
         squares += moved.component_mul(&moved) / draws as f64;
     }
-    Ok(Some(squares.map(f64::sqrt)))
+    Ok(Some((squares.map(f64::sqrt), noise / count)))
 }
 
 impl Stages<'_> {
@@ -114,7 +120,7 @@ impl Stages<'_> {
             self.runs += 1;
             let (most, draws) = (f64::INFINITY, DRAWS[0]);
             let sizes = expected(&errors, &parameters, most, draws, &mut || self.ask())?;
-            let Some(sizes) = sizes else { continue };
+            let Some((sizes, _)) = sizes else { continue };
             let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
             let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
             self.expected.push(ExpectedError { length, ratio: mean.exp() });
@@ -126,7 +132,9 @@ impl Stages<'_> {
         Ok(())
     }
 
-    /// Standard errors are at least those that noise of drive and position leads one to expect.
+    /// Standard errors are those that noise of drive and position leads one to expect, and those
+    /// of the residuals as far as noise does not explain them: s² + (1 − 2 σ_n²/σ²)₊ s_r². It is
+    /// twice the squares σ_n² that noise leaves, because those of a simulated log scatter as much.
     pub(super) fn know_noise(&mut self, fit: &mut Fit) -> Result<(), ParameterError> {
         if fit.outcome == SearchOutcome::Stopped || self.horizon() == 0.0 {
             return Ok(());
@@ -138,16 +146,43 @@ impl Stages<'_> {
         if self.stopped {
             fit.outcome = SearchOutcome::Stopped;
         }
-        let Some(sizes) = sizes else { return Ok(()) };
+        let Some((sizes, noise)) = sizes else { return Ok(()) };
+        let unexplained = (1.0 - 2.0 * noise / (fit.rmse * fit.rmse)).max(0.0);
         let slopes = Problem::new(&self.errors, &self.parameters)?.slopes(&values);
         for ((estimate, size), slope) in fit.estimates.iter_mut().zip(&sizes).zip(slopes) {
             let known = [Identifiability::Determined, Identifiability::Uncertain];
             if known.contains(&estimate.verdict) {
-                estimate.standard_error = estimate.standard_error.max(size * slope);
+                let squares =
+                    unexplained * estimate.standard_error.powi(2) + (size * slope).powi(2);
+                estimate.standard_error = squares.sqrt();
                 let clear = estimate.standard_error <= estimate.value.abs();
                 estimate.verdict = known[usize::from(!clear)];
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::mechanism::{Drive, DriveLogParameters};
+
+    #[test]
+    fn an_encoder_that_stands_still_has_no_noise() {
+        let time: Vec<f64> = (0..200).map(|i| 5e-3 * f64::from(i)).collect();
+        // Half a second at rest, then at a third of a count from row to row.
+        let position: Vec<f64> =
+            (0..200).map(|i| (f64::from(i - 100).max(0.0) / 3.0).round()).collect();
+        let torque = vec![0.0; 200];
+        let new = DriveLogParameters::new(&time, &position, Drive::Torque(&torque));
+        let log = DriveLog::new(new).unwrap();
+        let noisy = noisier(&log, f64::INFINITY, &mut Draw::new());
+        let moved = |rows: core::ops::Range<usize>| {
+            rows.filter(|&row| noisy.position[row] != log.position[row]).count()
+        };
+        // A count lasts three rows, of which the middle one sees no change.
+        assert!(moved(0..100) == 0 && moved(105..195) > 45, "{:?}", noisy.position);
     }
 }

@@ -16,15 +16,16 @@ use super::criteria::{Criterion, Errors};
 use super::friction::Friction;
 use super::joint::{Joint, Model};
 use super::judge::judge;
-use super::ladder::{Begin, begin_at, contained_start, off_neutral, starts, tried};
+use super::ladder::{begin_at, contained_start, off_neutral, starts, tried};
 use super::log::DriveLog;
 use super::report::{ExpectedError, JointFit};
 use super::smooth::{SmoothedLog, smooth};
 use super::start::guess;
-use crate::least_squares::minimise;
+use crate::least_squares::{Found, PROBES, minimise};
 use crate::log::{quantile, span};
 use crate::problem::{Objective, Problem};
-use crate::{Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
+use crate::uncertainty::assess;
+use crate::{Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
 use bristle::parameter::{Named, ParameterError};
 
 /// How the parameters of a joint are searched.
@@ -108,10 +109,8 @@ impl Settings {
     fn check(&self, logs: [&[DriveLog]; 2]) -> Result<(), ParameterError> {
         for (i, &horizon) in self.horizons.iter().enumerate() {
             let rule = "be positive; it may be infinite";
-            ParameterError::of_component(
-                i,
-                Named("horizons", horizon).stated(horizon > 0.0, rule),
-            )?;
+            let stated = Named("horizons", horizon).stated(horizon > 0.0, rule);
+            ParameterError::of_component(i, stated)?;
         }
         Named("step", self.step).positive()?;
         Named("tolerance", self.tolerance).non_negative()?;
@@ -193,12 +192,12 @@ pub(super) fn fit_candidate(
         shortened: None,
         stopped: false,
         expected: Vec::new(),
-        origin: None,
         own: None,
         progress,
     };
-    let mut fit = stages.all(contained)?;
-    let (runs, horizon, origin) = (stages.runs, stages.horizon(), stages.origin);
+    let found = stages.all(contained)?;
+    let mut fit = assess(&Problem::new(&stages.errors, &stages.parameters)?, &found);
+    let (runs, horizon) = (stages.runs + 1, stages.horizon());
     let lengths = core::mem::take(&mut stages.expected);
     stages.know_noise(&mut fit)?;
     fit.remarks.extend(stages.shortened);
@@ -217,7 +216,6 @@ pub(super) fn fit_candidate(
         held_out: held_out.transpose()?,
         gradient_runs: runs,
         run_limit: settings.gradient_runs,
-        origin,
         model,
     };
     judge(&mut result, &logs);
@@ -242,8 +240,6 @@ pub(super) struct Stages<'a> {
     pub(super) stopped: bool,
     /// The lengths that were compared.
     pub(super) expected: Vec<ExpectedError>,
-    /// The candidate that the best search of the last stage began with, if not with the logs.
-    origin: Option<Friction>,
     /// Where the stages from the logs have ended, if the last one begins elsewhere.
     own: Option<Vec<f64>>,
     progress: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
@@ -251,13 +247,12 @@ pub(super) struct Stages<'a> {
 
 impl Stages<'_> {
     /// The inverse criterion, then segments of growing length.
-    fn all(&mut self, contained: &[&JointFit]) -> Result<Fit, ParameterError> {
+    fn all(&mut self, contained: &[&JointFit]) -> Result<Found, ParameterError> {
         let horizons = match self.settings.horizons.as_slice() {
             [] => vec![self.duration / 30.0, self.duration / 6.0, f64::INFINITY],
             given => given.to_vec(),
         };
-        let coarse = 10.0 * self.settings.tolerance;
-        let mut found = self.minimise(self.left().min(COARSE_RUNS), coarse)?;
+        let mut found = self.minimise(self.left().min(COARSE_RUNS), false)?;
         for (stage, &asked) in horizons.iter().enumerate() {
             let last = stage + 1 == horizons.len();
             let stopped = found.outcome == SearchOutcome::Stopped
@@ -266,53 +261,44 @@ impl Stages<'_> {
             if stopped || iterations == 0 {
                 let limit = SearchOutcome::RunLimit;
                 // The best of the starts, if any was better.
-                found = self.minimise(0, coarse)?;
+                found = self.minimise(0, false)?;
                 found.outcome = if stopped { SearchOutcome::Stopped } else { limit };
                 break;
             }
-            found = if last {
-                self.last()?
-            } else {
-                self.minimise(iterations.min(COARSE_RUNS), coarse)?
-            };
+            let coarse = iterations.min(COARSE_RUNS);
+            found = if last { self.last()? } else { self.minimise(coarse, false)? };
         }
         Ok(found)
     }
 
     /// The last stage, and the rounds of a robust loss.
-    fn last(&mut self) -> Result<Fit, ParameterError> {
-        let tolerance = self.settings.tolerance;
+    fn last(&mut self) -> Result<Found, ParameterError> {
         let mut found = None;
         if let Some(own) = self.own.take() {
             // A few runs from both, and on from the better one.
             let runs = CHALLENGE_RUNS.min(self.left() / 3);
-            let one = self.minimise(runs, tolerance)?;
-            let (reached, origin) = (self.errors.cost(&one.values()), self.origin.take());
-            begin_at(&mut self.parameters, &own);
-            let other = match one.outcome {
-                SearchOutcome::Stopped => None,
-                _ => Some(self.minimise(runs, tolerance)?),
-            };
-            let better = other.filter(|fit| self.errors.cost(&fit.values()) < reached);
-            if better.is_none() {
-                begin_at(&mut self.parameters, &one.values());
-                self.origin = origin;
+            let mut best = self.minimise(runs, true)?;
+            if best.outcome != SearchOutcome::Stopped {
+                begin_at(&mut self.parameters, &own);
+                let other = self.minimise(runs, true)?;
+                best = if other.cost < best.cost { other } else { best };
+                begin_at(&mut self.parameters, &best.values);
             }
-            let best = better.unwrap_or(one);
-            found = Some(best).filter(|fit| fit.outcome != SearchOutcome::RunLimit);
+            found = Some(best).filter(|found| found.outcome != SearchOutcome::RunLimit);
         }
-        let mut found = match found {
-            Some(found) => found,
-            None => self.minimise(self.left(), tolerance)?,
-        };
+        let mut found = found.map_or_else(|| self.minimise(self.left(), true), Ok)?;
         let rounds = if self.settings.loss == Loss::Squares { 0 } else { ROUNDS };
         for _ in 0..rounds {
             if self.left() == 0 || found.outcome == SearchOutcome::Stopped {
                 break;
             }
-            let sizes = self.errors.by_log(&found.values())?.into_iter().flatten().map(f64::abs);
-            self.errors.weights = self.settings.loss.weights(&sizes.collect::<Vec<_>>());
-            found = self.minimise(self.left(), tolerance)?;
+            self.errors.weights.clear();
+            let logs = self.errors.by_log(&found.values)?;
+            let sizes: Vec<f64> = logs.iter().flatten().map(|r| r.abs()).collect();
+            let mut weights = self.settings.loss.weights(&sizes).into_iter();
+            let ours = |rows: &Vec<f64>| weights.by_ref().take(rows.len()).collect();
+            self.errors.weights = logs.iter().map(ours).collect();
+            found = self.minimise(self.left(), true)?;
         }
         Ok(found)
     }
@@ -366,15 +352,14 @@ impl Stages<'_> {
     fn try_starts(&mut self, contained: &[&JointFit]) -> ControlFlow<()> {
         let table = &self.errors.model.table;
         let ended = contained.iter().flat_map(|&fit| {
-            [Begin::Same, Begin::Undamped].map(|begin| {
-                let values = contained_start(table, fit, begin);
+            [false, true].map(|undamped| {
+                let values = contained_start(table, fit, [false, undamped]);
                 (self.errors.cost(&values), values, fit)
             })
         });
         let least = ended.min_by(|a, b| a.0.total_cmp(&b.0));
         self.own = least.is_some().then(|| starts(&self.parameters));
-        self.origin = least.as_ref().map(|(_, _, fit)| fit.friction);
-        let begun = least.as_ref().map(|(_, _, fit)| contained_start(table, fit, Begin::Nearly));
+        let begun = least.as_ref().map(|(_, _, fit)| contained_start(table, fit, [true, false]));
         let begun = begun.unwrap_or_else(|| starts(&self.parameters));
         begin_at(&mut self.parameters, &begun);
         let mut best = least.map_or((f64::INFINITY, Vec::new()), |least| (least.0, least.1));
@@ -410,8 +395,10 @@ impl Stages<'_> {
         self.settings.gradient_runs.saturating_sub(self.runs + 1)
     }
 
-    /// A search from the parameters of the last one.
-    fn minimise(&mut self, iterations: usize, tolerance: f64) -> Result<Fit, ParameterError> {
+    /// A search from the parameters of the last one, in the last stage or a coarse one before.
+    fn minimise(&mut self, iterations: usize, last: bool) -> Result<Found, ParameterError> {
+        let (probes, tolerance) = if last { (PROBES, 1.0) } else { (0, 10.0) };
+        let tolerance = tolerance * self.settings.tolerance;
         let (before, horizon) = (self.runs, self.horizon());
         let mut watch = |now: &SearchProgress<'_>| {
             let &SearchProgress { iteration, rmse, values, .. } = now;
@@ -419,10 +406,10 @@ impl Stages<'_> {
             (self.progress)(&Progress { candidate: 0, horizon, gradient_runs, rmse, values })
         };
         let settings = SearchSettings { iterations, tolerance, starts: 1 };
-        let fit = minimise(&self.errors, &self.parameters, &settings, &mut watch)?;
-        begin_at(&mut self.parameters, &fit.values());
-        self.runs += fit.iterations + 1;
-        Ok(fit)
+        let found = minimise(&self.errors, &self.parameters, &settings, probes, &mut watch)?;
+        begin_at(&mut self.parameters, &found.values);
+        self.runs += found.iterations;
+        Ok(found)
     }
 }
 

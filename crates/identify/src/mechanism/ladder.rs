@@ -70,24 +70,17 @@ pub(super) fn tried(parameters: &[Parameter]) -> Vec<Vec<f64>> {
     places.flat_map(moved).collect()
 }
 
-/// How a candidate begins at the result of one that it contains.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Begin {
-    /// As that one.
-    Same,
-    /// As that one, with a bristle that lacks its damping: in LuGre's model a stiff one damps more
-    /// than in that of Coulomb's friction.
-    Undamped,
-    /// Nearly so, so that a search moves all parameters. One that was fixed there starts as it does
-    /// by itself.
-    Nearly,
-}
-
-/// The parameters with which a candidate begins at the result of a smaller one.
-pub(super) fn contained_start(table: &Table, smaller: &JointFit, begin: Begin) -> Vec<f64> {
-    let nearly = begin == Begin::Nearly;
+/// The parameters with which a candidate begins at the result of a smaller one: the same, or nearly
+/// so. Then a search moves all of them, and one that was fixed there starts as it does by itself.
+/// Undamped, the bristle lacks its damping: in LuGre's model a stiff one damps more than in that of
+/// Coulomb's friction.
+pub(super) fn contained_start(
+    table: &Table,
+    smaller: &JointFit,
+    [nearly, undamped]: [bool; 2],
+) -> Vec<f64> {
     let value = |(parameter, log): (&Parameter, &Option<usize>)| {
-        let undamped = begin == Begin::Undamped && parameter.name == "micro_damping";
+        let undamped = undamped && parameter.name == "micro_damping";
         let same = |e: &&Estimate| e.parameter.name == parameter.name && e.log == *log;
         let found = smaller.fit.estimates.iter().find(same);
         let found =

@@ -88,9 +88,6 @@ pub struct JointFit {
     pub gradient_runs: usize,
     /// Most runs: [`Settings::gradient_runs`](super::Settings::gradient_runs).
     pub run_limit: usize,
-    /// The simpler candidate from whose result the search has ended best; none if that was from the
-    /// logs.
-    pub origin: Option<Friction>,
     pub(super) model: Model,
 }
 
@@ -133,10 +130,8 @@ impl Model {
             constant && *source != Source::Torque || resistance && source.is_electric()
         };
         if logs.iter().any(|smoothed| is_foreign(&smoothed.log.source)) {
-            return Err(ParameterError::chosen(
-                "an electric drive",
-                "this fit takes logs of torque",
-            ));
+            let takes = "this fit takes logs of torque";
+            return Err(ParameterError::chosen("an electric drive", takes));
         }
         Ok(())
     }
@@ -286,11 +281,7 @@ impl fmt::Display for JointFit {
         writeln!(f, "{}", self.fit)?;
         write!(f, "fitted over {}", over(self.horizon))?;
         let Self { gradient_runs, run_limit, .. } = self;
-        write!(f, ", {gradient_runs} runs with derivatives of at most {run_limit}, best ")?;
-        match self.origin {
-            Some(simpler) => writeln!(f, "from the result of {simpler}")?,
-            None => writeln!(f, "from the logs")?,
-        }
+        writeln!(f, ", {gradient_runs} runs with derivatives of at most {run_limit}")?;
         if !self.expected.is_empty() {
             write!(f, "by the noise of drive and position, relative standard errors over")?;
             for ExpectedError { length, ratio } in &self.expected {

@@ -12,10 +12,10 @@ use super::joint::{Joint, Model, Term};
 use super::log::{DriveLog, Source};
 use super::plant::Plant;
 use super::smooth::{Smoothed, SmoothedLog};
-use crate::least_squares::minimise;
+use crate::least_squares::{Found, minimise};
 use crate::log::range;
 use crate::problem::Objective;
-use crate::{Fit, SearchProgress, SearchSettings};
+use crate::{SearchProgress, SearchSettings};
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
@@ -144,20 +144,19 @@ fn refine(
     let is_angle = |name| name == "hanging_angle" && joint.given(name).is_none();
     let angles = if names().any(is_angle) { ANGLES } else { 1 };
     let settings = SearchSettings { iterations: RUNS, tolerance: 1e-3, starts: 1 };
-    let mut best: Option<(f64, Fit)> = None;
+    let mut best: Option<Found> = None;
     for number in 0..angles {
         for parameter in parameters.iter_mut().filter(|parameter| is_angle(parameter.name)) {
             parameter.start = TAU * (number as f64 / ANGLES as f64 - 0.5);
         }
         let mut go_on = |_: &SearchProgress<'_>| ControlFlow::Continue(());
-        let fit = minimise(&moving, &parameters, &settings, &mut go_on)?;
-        let cost = moving.cost(&fit.values());
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, fit));
+        let found = minimise(&moving, &parameters, &settings, 0, &mut go_on)?;
+        if best.as_ref().is_none_or(|best| found.cost < best.cost) {
+            best = Some(found);
         }
     }
-    let Some((_, fit)) = best else { return Ok(guess) };
-    let value = |name: &str| model.table.value(&fit.values(), usize::MAX, name).unwrap_or(0.0);
+    let Some(found) = best else { return Ok(guess) };
+    let value = |name: &str| model.table.value(&found.values, usize::MAX, name).unwrap_or(0.0);
     // Of a drive with the wrong sign, neither inertia nor friction is left.
     let left = (value("inertia") / guess.inertia).max(value("coulomb_torque") / guess.coulomb);
     let rule = "be positive: does the drive have the sign of the position, and both SI units?";
