@@ -433,6 +433,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// The stiffness is that of the reference load, and the rate of p does not matter. Where the
     /// load has fallen below what a stuck bristle carries, the force is that which the surface
     /// holds: F = P (c₀ κ z + c₂ v) with κ = min(1, s B/|K·z|), B as in [`Contact::reload`].
+    /// The deflection stays, so the force comes back with the load. `reload` takes it away for
+    /// good, at every length of the step: there a grip that slips in each dip slips farther.
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};

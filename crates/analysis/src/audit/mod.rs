@@ -215,9 +215,12 @@ pub struct Audit<T: Scalar> {
 
 impl<T: Scalar> Audit<T> {
     /// The largest force of the load cycle over the breakaway force p μ_s \[–\]: the margin of a
-    /// grip, if the contact is under the least normal force that it has. A part slips at 1. `None`
-    /// if no cycle was given, without a load, and for a model that does not tell its
+    /// grip, if the contact is under the least normal force that it has. A part slips at 1, and
+    /// an audit refuses a cycle that reaches it. `None` if no [`load_cycle`] was given (what the
+    /// report prints then is a default), without a load, and for a model that does not tell its
     /// characteristics.
+    ///
+    /// [`load_cycle`]: AuditParameters::load_cycle
     pub fn load_share(&self) -> Option<T> {
         let (breakaway, cycle) = self.breakaway.zip(self.parameters.load_cycle)?;
         (!is_zero(breakaway)).then(|| peak(cycle).abs() / breakaway)
