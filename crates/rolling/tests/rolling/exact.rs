@@ -1,7 +1,4 @@
 //! The exact reduction of a rolling patch against the characteristics themselves.
-//!
-//! `cargo test --release -p bristle-rolling --test rolling exact:: -- --ignored` runs the long
-//! version of what is random.
 
 use crate::characteristics::History;
 use crate::tyre::{
