@@ -23,7 +23,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     Integration<'_, T, S, M, N, K>
 {
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
-    /// Answers with a shorter step where this one does not follow what grows or passes over a kink;
+    /// Answers with a shorter step where this one does not follow what grows, passes over a kink, or
+    /// passes over what happens while nothing moves;
     /// a step that ends at a reversal is taken as it is.
     #[inline]
     pub(super) fn estimate(
@@ -33,6 +34,9 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         (interval, is_cut): (Interval<T>, bool),
     ) -> Option<T> {
         self.most_growth?;
+        if !is_cut && let Some(shorter) = self.unseen(end, interval) {
+            return Some(shorter);
+        }
         let (stepper, mut field, from) = self.parts(interval);
         let jacobians = stepper.jacobians_of_step(&mut field, from, end);
         let step = end.time - self.point.time;

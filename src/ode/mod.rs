@@ -69,6 +69,7 @@ mod rosenbrock;
 mod runge_kutta4;
 mod seeds;
 mod solver;
+mod standing;
 mod start;
 mod statistics;
 mod step;

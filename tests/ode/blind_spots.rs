@@ -4,6 +4,7 @@
 
 use bristle::Branch;
 use bristle::ode::{self, AnyMethod, Output, Solver, StopReason, System, Tolerances};
+use bristle_specimens::draw::Draw;
 use nalgebra::{Matrix1, Vector1, Vector3};
 
 pub(crate) const METHODS: [AnyMethod; 5] = [
@@ -74,6 +75,45 @@ fn contacts_that_reverse_together_are_all_counted() {
         for (number, reversal) in run.reversals().iter().enumerate() {
             let passes = std::f64::consts::PI * (number / 3 + 1) as f64;
             assert!((reversal.time - passes).abs() < 1e-4, "{method:?}: {}", reversal.time);
+        }
+    }
+}
+
+/// A body at rest that is pushed once: v̇ = J e^(−τ²)/(w √π), τ = (t − t₀)/w, gains J.
+struct Pushed {
+    impulse: f64,
+    time: f64,
+    width: f64,
+}
+
+impl System<f64, 1, 0> for Pushed {
+    fn rate(&self, time: f64, _: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+        let tau = (time - self.time) / self.width;
+        let push = self.impulse * (-tau * tau).exp();
+        Vector1::new(push / (self.width * std::f64::consts::PI.sqrt()))
+    }
+    fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+        []
+    }
+}
+
+#[test]
+fn a_push_on_a_body_at_rest_is_seen() {
+    let mut draw = Draw::seeded(20_261_130);
+    for number in 0..100 {
+        let impulse = draw.logarithmic(0.1, 10.0);
+        // It is felt for three widths and more, which are more than a thousandth of the span.
+        let width = draw.logarithmic(0.0005, 0.05);
+        let pushed = Pushed { impulse, time: 0.3 + 0.4 * draw.next(), width };
+        for method in METHODS {
+            for tolerance in [1e-3, 1e-6, 1e-9] {
+                let scaled = Tolerances::scaled(tolerance, Vector1::new(1.0)).unwrap();
+                let solver = Solver::checked(method, scaled);
+                let run = solver.solve(&pushed, 0.0..1.0, Vector1::zeros(), Output::Uniform(2));
+                let gained = run.unwrap().states()[1][0];
+                let off = (gained - impulse).abs() / tolerance;
+                assert!(off < 100.0, "{number}, {method:?} at {tolerance:e}: {off} tolerances");
+            }
         }
     }
 }
