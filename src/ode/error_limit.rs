@@ -24,8 +24,9 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     Integration<'_, T, S, M, N, K>
 {
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
-    /// Answers with a shorter step where this one does not follow what grows, passes over a kink, or
-    /// has a curve between its ends that is farther off than a solution may be; a step that ends at a reversal is taken as it is.
+    /// Answers with a shorter step where this one does not follow what grows, passes over a kink,
+    /// or has a curve between its ends that is farther off than a solution may be; a step that ends
+    /// at a reversal is taken as it is.
     #[inline]
     pub(super) fn estimate(
         &mut self,

@@ -13,12 +13,11 @@
 //! For an explicit method R(hJ) e is its own step on ẋ = J x: near the limit of its stability
 //! |R(hλ)| ≫ e^(hλ), and what dies out in the system remains in the answer and may grow later.
 //! A part of e above the tolerance of a step is held by the control of the steps, whatever R: it is
-//! multiplied by e^(hJ), as with a Rosenbrock method, which is L-stable. The exponential is that of two half
-//! steps, each the Padé approximation (1 + A/3)/(1 − 2A/3 + A²/6) of order 3, which is L-stable,
-//! too: what dies out in the system dies out here. A step that is as long as half a swing of a
-//! stuck mass then turns the error by the right
-//! angle; in one piece it would leave a part that the slip after it enlarges. The rate is
-//! continuous at a reversal, so e passes it unchanged.
+//! multiplied by e^(hJ), as with a Rosenbrock method, which is L-stable. The exponential is that of
+//! two half steps, each the Padé approximation (1 + A/3)/(1 − 2A/3 + A²/6) of order 3, which is
+//! L-stable, too: what dies out in the system dies out here. A step that is as long as half a swing
+//! of a stuck mass then turns the error by the right angle; in one piece it would leave a part that
+//! the slip after it enlarges. The rate is continuous at a reversal, so e passes it unchanged.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.3.
@@ -70,8 +69,8 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
         &self.error
     }
 
-    /// Takes a step: hJ, R(hJ) e of an explicit method, the trial with the mean square of its estimated error over the
-    /// tolerances, and the tolerances.
+    /// Takes a step: hJ, R(hJ) e of an explicit method, the trial with the mean square of its
+    /// estimated error over the tolerances, and the tolerances.
     #[inline]
     pub(super) fn step(
         &mut self,

@@ -40,9 +40,10 @@ impl<T: Scalar, const N: usize> Kinks<T, N> {
         Self { changes: None, left: None }
     }
 
-    /// Takes both ends of a step of many states, whose Jacobian serves several steps. What it leaves
-    /// of the change of the rates, (f₁ − f₀ − J Δx)/h, comes of time and curvature and changes
-    /// slowly. Answers with a shorter step where it changes all at once, for a kink adds ΔJ Δx.
+    /// Takes both ends of a step of many states, whose Jacobian serves several steps. What it
+    /// leaves of the change of the rates, (f₁ − f₀ − J Δx)/h, comes of time and curvature and
+    /// changes slowly. Answers with a shorter step where it changes all at once, for a kink adds ΔJ
+    /// Δx.
     pub(super) fn sudden(
         &mut self,
         jacobian: &SMatrix<T, N, N>,

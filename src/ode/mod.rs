@@ -32,8 +32,9 @@
 //! that has not begun to stick and slip. Where the Jacobian has eigenvalues that make something
 //! grow e⁴-fold over the rest of the run, steps are short enough to follow it. Nor does it always
 //! see a kink of the right-hand side that nobody declares; the Jacobians at both ends of a step
-//! show it, or, with 12 states and more, what one leaves of the change of the rates. The derivatives that a system gives are compared with
-//! differences now and then, and refused if they are wrong ([`StopReason::WrongDerivative`]).
+//! show it, or, with 12 states and more, what one leaves of the change of the rates. The
+//! derivatives that a system gives are compared with differences now and then, and refused if they
+//! are wrong ([`StopReason::WrongDerivative`]).
 //!
 //! A run that hands out its steps ([`Solver::stream`], [`Solver::begin`]) cannot be repeated. Its
 //! steps are four thousand times as tight as the tolerance, and it stops with

@@ -121,8 +121,8 @@ impl Tally {
         );
     }
 
-    /// The law: the median within a tolerance, 99 % within a hundred (of a small sample, 95 %), none
-    /// beyond a thousand, and at most 2 % refused (of a small sample, 5 %).
+    /// The law: the median within a tolerance, 99 % within a hundred (of a small sample, 95 %),
+    /// none beyond a thousand, and at most 2 % refused (of a small sample, 5 %).
     fn obeys(&self) {
         let count = self.errors.len();
         let (most, refused) =
