@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 use super::automatic::Alternating;
 use super::dense_output::DenseOutput;
@@ -176,6 +176,10 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for AnyStepper<T, N> {
         end: &Point<T, N>,
     ) -> [SMatrix<T, N, N>; 2] {
         of_the_method!(self, stepper => stepper.jacobians_of_step(field, from, end))
+    }
+
+    fn carried(&self, growth: &SMatrix<T, N, N>, error: &SVector<T, N>) -> Option<SVector<T, N>> {
+        of_the_method!(self, stepper => stepper.carried(growth, error))
     }
 
     fn dense_output<F: Field<T, N>>(

@@ -17,7 +17,7 @@
 //! Source of the first: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd
 //! edition (Springer, 1996), section IV.2.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
 use super::explicit::{Explicit, ExplicitTableau};
@@ -161,6 +161,10 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
         end: &Point<T, N>,
     ) -> [SMatrix<T, N, N>; 2] {
         at_work!(self.jacobians_of_step(field, from, end))
+    }
+
+    fn carried(&self, growth: &SMatrix<T, N, N>, error: &SVector<T, N>) -> Option<SVector<T, N>> {
+        at_work!(self.carried(growth, error))
     }
 
     fn dense_output<F: Field<T, N>>(

@@ -11,9 +11,13 @@
 use nalgebra::SVector;
 
 use crate::Scalar;
+use crate::scalar::lit;
 
 /// Largest number of terms: degree 7.
 pub(super) const MOST_TERMS: usize = 7;
+
+/// The largest θ⁴ θ̄³, which the last term is multiplied by.
+const LAST: f64 = 6912.0 / 823_543.0;
 
 /// The dense output of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +54,18 @@ impl<T: Scalar, const N: usize> DenseOutput<T, N> {
     pub(super) fn is_finite(&self) -> bool {
         let terms = self.terms.iter().take(usize::from(self.count));
         terms.flatten().all(|value| value.is_finite())
+    }
+
+    /// The estimated error within the step, over the error allowed each state, if the degree is 7:
+    /// its last term falls from the one before as the error falls from it.
+    pub(super) fn error(&self, allowed: &SVector<T, N>) -> T {
+        let [.., before, last] = &self.terms;
+        if usize::from(self.count) < MOST_TERMS {
+            return T::zero();
+        }
+        let size = |term: &SVector<T, N>| term.component_div(allowed).amax();
+        let (before, last) = (size(before), size(last));
+        last * (last / before).smaller(T::one()) * lit(LAST)
     }
 
     /// The state at a fraction of the step, 0 at its start and 1 at its end.

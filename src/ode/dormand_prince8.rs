@@ -144,6 +144,8 @@ impl ExplicitTableau for DormandPrince8 {
 mod tests {
     use super::{DormandPrince8, ExplicitTableau};
     use crate::ode::explicit::laws;
+    use crate::ode::stepper::{Linear, OneStep, Point, Stepper};
+    use nalgebra::{Matrix1, Vector1};
 
     #[test]
     fn the_stages_lie_where_their_weights_say() {
@@ -166,5 +168,28 @@ mod tests {
     fn the_dense_output_meets_every_condition_up_to_order_seven_within_the_step() {
         // Weights of up to 500.
         laws::extension::<DormandPrince8>(7, 2e-13);
+    }
+
+    #[test]
+    fn the_error_of_the_curve_is_not_underestimated_where_stability_holds_the_step() {
+        // ẋ = λ x over a step of 1: of the fast modes the curve knows nothing.
+        for z in [-6.0, -5.0, -4.0, -3.0, -2.0, -1.0f64] {
+            let rate = Matrix1::new(z);
+            let (mut stepper, mut field) = (DormandPrince8.stepper(0.0), Linear(&rate));
+            let one = Vector1::new(1.0);
+            let mut from = Point { time: 0.0, state: one, rate: one, scale: one };
+            stepper.begin(&mut field, &mut from);
+            let state = stepper.step(&mut field, &from, 1.0).state;
+            let mut end = Point { time: 1.0, state, rate: one, scale: one };
+            stepper.arrive(&mut field, &mut end);
+            let curve = stepper.dense_output(&mut field, &from, &end);
+            let error = |i: u32| {
+                let part = 0.05 * f64::from(i);
+                (curve.at(part)[0] - (z * part).exp()).abs()
+            };
+            let worst = (0..=20).map(error).fold(0.0, f64::max);
+            let estimate = curve.error(&one);
+            assert!(estimate > 0.3 * worst && estimate < 1e3 * worst, "{z}: {estimate} {worst}");
+        }
     }
 }

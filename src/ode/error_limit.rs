@@ -4,6 +4,7 @@
 use nalgebra::ComplexField;
 
 use super::System;
+use super::controller::rough_power;
 use super::failure::StopReason;
 use super::growth::MANY;
 use super::integration::Integration;
@@ -23,9 +24,9 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     Integration<'_, T, S, M, N, K>
 {
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
-    /// Answers with a shorter step where this one does not follow what grows, passes over a kink, or
-    /// passes over what happens while nothing moves;
-    /// a step that ends at a reversal is taken as it is.
+    /// Answers with a shorter step where this one does not follow what grows, passes over a kink or
+    /// over what happens while nothing moves, or has a curve between its ends that is farther off
+    /// than a solution may be; a step that ends at a reversal is taken as it is.
     #[inline]
     pub(super) fn estimate(
         &mut self,
@@ -33,21 +34,29 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         (trial, square): (&TrialStep<T, N>, f64),
         (interval, is_cut): (Interval<T>, bool),
     ) -> Option<T> {
-        self.most_growth?;
+        let most = self.most_growth?;
+        // The curve within the step, which no later step carries along.
+        let within = to_f64(self.step.dense_output.error(&end.scale)) / most;
+        let step = end.time - self.point.time;
+        if !is_cut && within > 1.0 {
+            return Some(step.abs() * lit(0.9 * rough_power(within, -1.0 / 8.0)));
+        }
         if !is_cut && let Some(shorter) = self.unseen(end, interval) {
             return Some(shorter);
         }
         let (stepper, mut field, from) = self.parts(interval);
         let jacobians = stepper.jacobians_of_step(&mut field, from, end);
-        let step = end.time - self.point.time;
         let growth = (jacobians[0] + jacobians[1]) * (step * lit(0.5));
         let tolerance = self.settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
         if !is_cut {
             let moved = end.state - self.point.state;
-            if N < MANY
-                && let Some(shorter) = self.kinks.shorter(&jacobians, (step, &moved), &end.scale)
-            {
-                return Some(shorter);
+            let shorter = if N < MANY {
+                self.kinks.shorter(&jacobians, (step, &moved), &end.scale)
+            } else {
+                self.kinks.sudden(&jacobians[0], (&self.point, end))
+            };
+            if shorter.is_some() {
+                return shorter;
             }
             let remaining = (self.progress.end_time - self.point.time).abs();
             let follows = (trial.order, tolerance);
@@ -57,7 +66,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
             }
         }
         let part = self.settings.method.tolerance_range().part_of_estimate(tolerance, trial.order);
-        self.growth.step(&growth, (&trial.error, square * part * part), &end.scale);
+        let carried = self.stepper.carried(&growth, self.growth.error());
+        self.growth.step((&growth, carried), (trial, square * part * part), &end.scale);
         None
     }
 

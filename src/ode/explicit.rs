@@ -22,7 +22,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
 use super::growth::MANY;
-use super::stepper::{Field, Point, Stepper, TrialStep};
+use super::stepper::{Field, Linear, Point, Stepper, TrialStep};
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -340,6 +340,12 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         });
         self.jacobians = [Some(at_start), Some(at_end)];
         [at_start, at_end]
+    }
+
+    fn carried(&self, growth: &SMatrix<T, N, N>, error: &SVector<T, N>) -> Option<SVector<T, N>> {
+        let (rate, scale) = (growth * error, SVector::repeat(T::one()));
+        let from = Point { time: T::zero(), state: *error, rate, scale };
+        Some(Self::new().step(&mut Linear(growth), &from, T::one()).state)
     }
 
     #[inline]

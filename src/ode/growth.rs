@@ -1,6 +1,6 @@
 //! How the errors of the steps grow over a run: an estimate of the error of the solution.
 //!
-//! e ← e^(hJ) e ± d,  e = 0 at the start.
+//! e ← R(hJ) e ± d,  e = 0 at the start.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -8,18 +8,23 @@
 //! | d | estimated error of the step, added with the sign that makes the sum larger |
 //! | J | Jacobian ∂f/∂x \[1/s\], the mean of that at the start and at the end of the step |
 //! | h | step \[s\] |
+//! | R | stability function of the method |
 //!
-//! The exponential is that of two half steps, each the Padé approximation
-//! (1 + A/3)/(1 − 2A/3 + A²/6) of order 3, which is L-stable: what dies out in the system dies out
-//! here. A step that is as long as half a swing of a stuck mass then turns the error by the right
-//! angle; in one piece it would leave a part that the slip after it enlarges. The rate is
-//! continuous at a reversal, so e passes it unchanged.
+//! For an explicit method R(hJ) e is its own step on ẋ = J x: near the limit of its stability
+//! |R(hλ)| ≫ e^(hλ), and what dies out in the system remains in the answer and may grow later.
+//! A part of e above the tolerance of a step is held by the control of the steps, whatever R: it is
+//! multiplied by e^(hJ), as with a Rosenbrock method, which is L-stable. The exponential is that of
+//! two half steps, each the Padé approximation (1 + A/3)/(1 − 2A/3 + A²/6) of order 3, which is
+//! L-stable, too: what dies out in the system dies out here. A step that is as long as half a swing
+//! of a stuck mass then turns the error by the right angle; in one piece it would leave a part that
+//! the slip after it enlarges. The rate is continuous at a reversal, so e passes it unchanged.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.3.
 
 use nalgebra::{SMatrix, SVector};
 
+use super::stepper::TrialStep;
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
@@ -33,6 +38,10 @@ const TERMS: usize = 24;
 
 /// The power series ends after two terms in a row below this part of the largest component.
 const SMALL: f64 = 1e-2;
+
+/// A state whose error over its tolerance is below this part of that of all has an estimate of its
+/// own.
+const FAR: f64 = 1e-2;
 
 /// The estimated error of a run so far.
 #[derive(Debug, Clone, Copy)]
@@ -55,35 +64,54 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
         self.greatest
     }
 
-    /// Takes a step: hJ, the estimated error of the step with its mean square over the tolerances,
-    /// and the tolerances.
+    /// The estimated error at the end of the last step, with a sign.
+    pub(super) fn error(&self) -> &SVector<T, N> {
+        &self.error
+    }
+
+    /// Takes a step: hJ, R(hJ) e of an explicit method, the trial with the mean square of its
+    /// estimated error over the tolerances, and the tolerances.
     #[inline]
     pub(super) fn step(
         &mut self,
-        growth: &SMatrix<T, N, N>,
-        (error, square): (&SVector<T, N>, f64),
+        (growth, own): (&SMatrix<T, N, N>, Option<SVector<T, N>>),
+        (trial, square): (&TrialStep<T, N>, f64),
         allowed: &SVector<T, N>,
     ) {
+        let error = &trial.error;
         let series = if N < MANY { None } else { series(growth, &self.error, allowed) };
-        let grown = series.unwrap_or_else(|| {
+        let mut carried = series.unwrap_or_else(|| {
             let half = Exponential::new(&(growth * lit::<T>(0.5)));
             let mut grown = self.error;
             half.apply_to(&mut grown);
             half.apply_to(&mut grown);
             grown
         });
+        if let Some(own) = own {
+            carried.zip_zip_apply(&own, allowed, |carried, own, allowed| {
+                *carried = if own.abs() <= allowed { own } else { *carried };
+            });
+        }
         let (mut along, mut own) = (T::zero(), T::zero());
         for i in 0..N {
             let part = error[i] / allowed[i];
-            along += grown[i] / allowed[i] * part;
+            along += carried[i] / allowed[i] * part;
             own += part * part;
         }
         // A method with two estimates gives the mean square of both together.
         let size = (lit::<T>(square * N as f64) / own).sqrt();
         let size = if size.is_finite() { size } else { T::zero() };
-        let signed = if along < T::zero() { -size } else { size };
-        self.error = grown + error * signed;
+        let sign = if along < T::zero() { -T::one() } else { T::one() };
         for i in 0..N {
+            let part = error[i] / allowed[i];
+            // The two estimates of the other states say nothing of one that has died out.
+            let size = match &trial.coarse_error {
+                Some(coarse) if part * part < own * lit(FAR * FAR) => {
+                    size.larger((error[i] / error[i].hypot(coarse[i] * lit(0.1))).abs())
+                }
+                _ => size,
+            };
+            self.error[i] = carried[i] + error[i] * size * sign;
             self.allowed[i] = self.allowed[i].larger(allowed[i]);
             let part = to_f64((self.error[i] / self.allowed[i]).abs());
             if !(part <= self.greatest) {
@@ -100,9 +128,7 @@ fn series<T: Scalar, const N: usize>(
     x: &SVector<T, N>,
     scale: &SVector<T, N>,
 ) -> Option<SVector<T, N>> {
-    let size = |x: &SVector<T, N>| {
-        x.iter().zip(scale).fold(T::zero(), |most, (x, &scale)| most.larger((*x / scale).abs()))
-    };
+    let size = |x: &SVector<T, N>| x.component_div(scale).amax();
     let (mut sum, mut term, mut small) = (*x, *x, 0);
     for n in 1..=TERMS {
         term = a * term * lit::<T>(1.0 / n as f64);
@@ -187,6 +213,8 @@ impl<T: Scalar, const N: usize> Exponential<T, N> {
 #[cfg(test)]
 mod tests {
     use super::{Exponential, Growth, series};
+    use crate::ode::AnyMethod;
+    use crate::ode::stepper::{OneStep, Stepper, TrialStep};
     use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 
     /// e^A x.
@@ -230,12 +258,34 @@ mod tests {
         // What is displaced by 1 at zero velocity is displaced by −1 after half a turn, at rest.
         let mut growth = Growth::<f64, 2>::new();
         let (none, allowed) = (SMatrix::<f64, 2, 2>::zeros(), Vector2::new(1.0, 1.0));
-        growth.step(&none, (&Vector2::new(1.0, 0.0), 0.5), &allowed);
+        growth.step((&none, None), (&trial(Vector2::new(1.0, 0.0), None), 0.5), &allowed);
         let angle = 2.6;
         let turn = Matrix2::new(0.0, angle, -angle, 0.0);
-        growth.step(&turn, (&Vector2::zeros(), 0.0), &allowed);
+        growth.step((&turn, None), (&trial(Vector2::zeros(), None), 0.0), &allowed);
         let wanted = Vector2::new(angle.cos(), -angle.sin());
         assert!((growth.error - wanted).norm() < 0.15, "{}", growth.error);
+    }
+
+    #[test]
+    fn an_explicit_method_carries_an_error_by_its_own_polynomial() {
+        // 1 + z + z²/2 + z³/6 + z⁴/24 + z⁵/120 + z⁶/600 (Hairer and Wanner, section IV.2).
+        let polynomial = |z: f64| {
+            let factors = [1.0, 2.0, 3.0, 4.0, 5.0, 5.0];
+            factors.iter().rev().fold(1.0, |sum, factor| 1.0 + z / factor * sum)
+        };
+        for z in [-3.2, -1.0, 0.5] {
+            let stepper = AnyMethod::DormandPrince.stepper(0.0);
+            let found = stepper.carried(&Vector1::new(z), &Vector1::new(2.0)).unwrap_or_default();
+            assert!((found[0] - 2.0 * polynomial(z)).abs() < 1e-13, "{z}: {found}");
+        }
+    }
+
+    /// A trial with estimates, their second one if it has one.
+    fn trial<const N: usize>(
+        error: SVector<f64, N>,
+        coarse_error: Option<SVector<f64, N>>,
+    ) -> TrialStep<f64, N> {
+        TrialStep { state: SVector::zeros(), error, coarse_error, order: 5 }
     }
 
     #[test]
@@ -243,16 +293,32 @@ mod tests {
         let mut growth = Growth::<f64, 1>::new();
         let (doubled, allowed) = (SMatrix::<f64, 1, 1>::new(2f64.ln()), Vector1::new(1e-3));
         for _ in 0..10 {
-            // Half of a tolerance each.
-            growth.step(&doubled, (&Vector1::new(-5e-4), 0.25), &allowed);
+            // Half of a tolerance each. What R leaves above a tolerance is not taken from it.
+            let own = Some(Vector1::new(2e-3));
+            growth.step((&doubled, own), (&trial(Vector1::new(-5e-4), None), 0.25), &allowed);
         }
         // The approximation of e^(ln 2).
         let a = 2f64.ln() / 2.0;
         let factor = ((1.0 + a / 3.0) / (1.0 - 2.0 * a / 3.0 + a * a / 6.0)).powi(2);
         let wanted = 0.5 * (factor.powi(10) - 1.0) / (factor - 1.0);
         assert!((growth.greatest() / wanted - 1.0).abs() < 1e-12, "{}", growth.greatest());
+        // What it leaves below one is.
+        let own = Vector1::new(-1e-6);
+        growth.step((&doubled, Some(own)), (&trial(Vector1::zeros(), None), 0.0), &allowed);
+        assert_eq!(growth.error(), &own);
         let unknown = SMatrix::<f64, 1, 1>::new(f64::NAN);
-        growth.step(&unknown, (&Vector1::new(0.0), 0.0), &allowed);
+        growth.step((&unknown, None), (&trial(Vector1::zeros(), None), 0.0), &allowed);
         assert_eq!(growth.greatest(), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_state_that_has_died_out_has_an_estimate_of_its_own() {
+        // Both together are a thousandth of the finer one, which is all that the first state has.
+        let (fine, coarse) = (Vector2::new(1e-6, 1.0), Vector2::new(1e-6, 1e4));
+        let (mut growth, none) = (Growth::new(), Matrix2::zeros());
+        growth.step((&none, None), (&trial(fine, Some(coarse)), 0.5e-6), &Vector2::repeat(1.0));
+        let wanted = 1e-6 / 1.01f64.sqrt();
+        assert!((growth.error()[0] / wanted - 1.0).abs() < 1e-12, "{}", growth.error());
+        assert!((growth.error()[1] / 1e-3 - 1.0).abs() < 1e-6, "{}", growth.error());
     }
 }

@@ -47,7 +47,7 @@ const ENDLESS: (u32, f64) = (100, 1e-2);
 pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const K: usize> {
     pub(super) system: &'a S,
     pub(super) scales: SVector<T, N>,
-    stepper: M::Stepper,
+    pub(super) stepper: M::Stepper,
     pub(super) settings: Solver<T, M, N>,
     pub(super) progress: Progress<T>,
     pub(super) point: Point<T, N>,
@@ -57,7 +57,7 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     /// A time \[s\], and how often since then a contact slid in neither direction.
     undecided: (T, u32),
     /// The step taken last.
-    step: Step<T, N>,
+    pub(super) step: Step<T, N>,
     pub(super) growth: Growth<T, N>,
     pub(super) seeds: Seeds<T>,
     pub(super) kinks: Kinks<T, N>,

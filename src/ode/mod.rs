@@ -25,15 +25,16 @@
 //! thousandfold in stick-slip, so the driver estimates the error of the solution: it carries the
 //! errors of all steps along by the system's own Jacobian. [`solve`] and [`Solver::solve`] begin
 //! with steps held to a tenth of the tolerance (a twentieth with a single method), and repeat the
-//! run with tighter ones where the estimate exceeds ten times the tolerance; the steps of such
+//! run with tighter ones where the estimate exceeds twelve times the tolerance; the steps of such
 //! attempts count as rejected.
 //!
 //! A tolerance does not see what grows from far below it, such as steady sliding on a falling curve
 //! that has not begun to stick and slip. Where the Jacobian has eigenvalues that make something
 //! grow e⁴-fold over the rest of the run, steps are short enough to follow it. Nor does it always
 //! see a kink of the right-hand side that nobody declares; the Jacobians at both ends of a step
-//! show it (with fewer than 12 states). The derivatives that a system gives are compared with
-//! differences now and then, and refused if they are wrong ([`StopReason::WrongDerivative`]).
+//! show it, or, with 12 states and more, what one leaves of the change of the rates. The
+//! derivatives that a system gives are compared with differences now and then, and refused if they
+//! are wrong ([`StopReason::WrongDerivative`]).
 //!
 //! A run that hands out its steps ([`Solver::stream`], [`Solver::begin`]) cannot be repeated. Its
 //! steps are four thousand times as tight as the tolerance, and it stops with

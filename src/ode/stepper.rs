@@ -116,6 +116,11 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
         end: &Point<T, N>,
     ) -> [SMatrix<T, N, N>; 2];
 
+    /// R(hJ) e, with the stability function R of an explicit method: what a step makes of an error.
+    fn carried(&self, _: &SMatrix<T, N, N>, _: &SVector<T, N>) -> Option<SVector<T, N>> {
+        None
+    }
+
     /// The dense output of a trial step, after [`Stepper::arrive`].
     fn dense_output<F: Field<T, N>>(
         &mut self,
@@ -127,6 +132,25 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     /// Takes note that a step of so signed a length was accepted. Given the length proposed for the
     /// next step (`None` if steps are fixed), answers with the length to take.
     fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T>;
+}
+
+/// ẋ = A x.
+pub(super) struct Linear<'a, T, const N: usize>(pub(super) &'a SMatrix<T, N, N>);
+
+impl<T: Scalar, const N: usize> Field<T, N> for Linear<'_, T, N> {
+    #[inline(always)]
+    fn rate(&mut self, _: T, state: &SVector<T, N>) -> SVector<T, N> {
+        self.0 * state
+    }
+
+    fn linearised(&mut self, _: T, state: &SVector<T, N>) -> Linearisation<T, N> {
+        let (rate, by_time) = (self.0 * state, SVector::zeros());
+        Linearisation { rate, by_state: *self.0, by_time }
+    }
+
+    fn jacobian(&mut self, _: &Point<T, N>) -> SMatrix<T, N, N> {
+        *self.0
+    }
 }
 
 /// A one-step method of this module: [`RungeKutta4`](super::RungeKutta4),

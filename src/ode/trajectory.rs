@@ -19,9 +19,9 @@ use crate::scalar::lit;
 /// Which points of a solution to store.
 ///
 /// The error of a solution is estimated at the ends of steps. Between them lies the method's curve.
-/// Its error was measured to be up to seven hundred times as large for
-/// [`DormandPrince8`](super::DormandPrince8), whose steps are long and may be held by stability
-/// alone, and mostly less than ten times for the others.
+/// For [`DormandPrince8`](super::DormandPrince8), whose steps are long and may be held by stability
+/// alone, its error is estimated as well, and steps are shorter where it is larger than that of a
+/// solution may be. For the others it is mostly less than ten times that at the ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Output<'a, T> {
     /// The start and the end of every step.

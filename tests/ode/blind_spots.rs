@@ -5,7 +5,7 @@
 use bristle::Branch;
 use bristle::ode::{self, AnyMethod, Output, Solver, StopReason, System, Tolerances};
 use bristle_specimens::draw::Draw;
-use nalgebra::{Matrix1, Vector1, Vector3};
+use nalgebra::{Matrix1, SVector, Vector1, Vector2, Vector3};
 
 pub(crate) const METHODS: [AnyMethod; 5] = [
     AnyMethod::Automatic,
@@ -76,6 +76,134 @@ fn contacts_that_reverse_together_are_all_counted() {
             let passes = std::f64::consts::PI * (number / 3 + 1) as f64;
             assert!((reversal.time - passes).abs() < 1e-4, "{method:?}: {}", reversal.time);
         }
+    }
+}
+
+/// ẋ = ±(t − t₀) x, and beside it a state that keeps the steps short or long.
+struct Ramp {
+    middle: f64,
+    sign: f64,
+}
+
+impl System<f64, 2, 0> for Ramp {
+    fn rate(&self, time: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Vector2<f64> {
+        let other = time.cos() + 0.1 * x[1] * (1.0 - x[1]);
+        Vector2::new(self.sign * (time - self.middle) * x[0], other)
+    }
+    fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
+        []
+    }
+}
+
+impl System<f64, 1, 0> for Ramp {
+    fn rate(&self, time: f64, x: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+        x * (self.sign * (time - self.middle))
+    }
+    fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+        []
+    }
+}
+
+impl Ramp {
+    /// The largest error of an answer at 21 samples, over the tolerance and the larger of 1 and x.
+    fn error<const N: usize>(&self, method: AnyMethod, tolerance: f64) -> Option<f64>
+    where
+        Self: System<f64, N, 0>,
+    {
+        let tolerances = Tolerances::scaled(tolerance, SVector::repeat(1.0)).unwrap();
+        let start = SVector::from_fn(|i, _| if i == 0 { 1.0 } else { 0.0 });
+        let solver = Solver::checked(method, tolerances).with_most_steps(100_000);
+        let answer = solver.solve(self, 0.0..2.0 * self.middle, start, Output::Uniform(21)).ok()?;
+        let error = answer.iter().fold(0.0, |most, (time, x)| {
+            let exact = (self.sign * time * (0.5 * time - self.middle)).exp();
+            f64::max(most, (x[0] - exact).abs() / exact.max(1.0))
+        });
+        Some(error / tolerance)
+    }
+}
+
+#[test]
+fn what_dies_out_and_grows_again_is_right_or_refused() {
+    for method in METHODS {
+        for exponent in 2..=5 {
+            let tolerance = 10f64.powi(-exponent);
+            for (middle, sign) in [5.0, 7.0, 12.0, 20.0, 25.0, 30.0]
+                .map(|middle| (middle, 1.0))
+                .into_iter()
+                .chain([(5.0, -1.0), (12.0, -1.0)])
+            {
+                let ramp = Ramp { middle, sign };
+                let alone = ramp.error::<1>(method, tolerance);
+                let beside = ramp.error::<2>(method, tolerance);
+                for error in [alone, beside].into_iter().flatten() {
+                    // As the drawn law; it was up to 10⁶⁹.
+                    assert!(error < 1e3, "{method} {tolerance:e}: {middle} {sign}: {error:e}");
+                }
+                // What falls or grows by e^12.5 needs not be refused.
+                let answers = middle < 6.0;
+                assert!(!answers || (alone.is_some() && beside.is_some()), "{method} {middle}");
+            }
+        }
+    }
+}
+
+/// Masses that fall on springs which push only; nobody declares the kinks. Position, velocity.
+struct Falling;
+
+impl Falling {
+    const STIFFNESS: f64 = 1e3;
+
+    fn height(index: usize) -> f64 {
+        0.5 + 0.07 * (index / 2) as f64
+    }
+
+    /// A fall, and half a swing at most.
+    fn exact(time: f64) -> SVector<f64, 16> {
+        SVector::from_fn(|i, _| {
+            let height = Self::height(i);
+            let (speed, angular) = ((2.0 * height).sqrt(), Self::STIFFNESS.sqrt());
+            let (sin, cos) = (angular * (time - speed)).sin_cos();
+            match (time > speed, i % 2) {
+                (false, 0) => height - 0.5 * time * time,
+                (false, _) => -time,
+                (true, 0) => (cos - 1.0) / Self::STIFFNESS - speed / angular * sin,
+                (true, _) => -speed * cos - sin / angular,
+            }
+        })
+    }
+}
+
+impl System<f64, 16, 0> for Falling {
+    fn rate(&self, _: f64, x: &SVector<f64, 16>, _: [Branch; 0]) -> SVector<f64, 16> {
+        SVector::from_fn(|i, _| match i % 2 {
+            0 => x[i + 1],
+            _ => Self::STIFFNESS * (-x[i - 1]).max(0.0) - 1.0,
+        })
+    }
+    fn sliding_velocities(&self, _: f64, _: &SVector<f64, 16>) -> [f64; 0] {
+        []
+    }
+}
+
+#[test]
+fn kinks_of_many_states_are_seen_between_jacobians() {
+    let scales = SVector::<f64, 16>::from_fn(|i, _| [0.1, 1.0][i % 2]);
+    for half_exponent in 8..=14 {
+        let tolerance = 10f64.powf(-0.5 * f64::from(half_exponent));
+        let solver = Solver::checked(
+            AnyMethod::DormandPrince,
+            Tolerances::scaled(tolerance, scales).unwrap(),
+        );
+        let mut worst = 0.0f64;
+        for end in 0..8 {
+            let span = 0.0..1.09 + 0.001 * f64::from(end);
+            let run = solver.solve(&Falling, span, Falling::exact(0.0), Output::Uniform(11));
+            for (time, x) in run.unwrap().iter() {
+                worst = worst.max((x - Falling::exact(time)).component_div(&scales).amax());
+            }
+        }
+        // It was 9 to 25 tolerances; one Jacobian serves four steps.
+        assert!(worst < 5.0 * tolerance, "{tolerance:e}: {}", worst / tolerance);
     }
 }
 

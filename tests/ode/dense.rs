@@ -1,7 +1,7 @@
 //! Dense trajectories and the reversals that a run reports.
 #![cfg(feature = "alloc")]
 
-use bristle::ode::{Direction, Event, Output, System};
+use bristle::ode::{Direction, DormandPrince8, Event, Output, Solver, System, Tolerances};
 use bristle::scene::PrescribedVelocity;
 use bristle::{Branch, Dahl};
 use bristle_specimens::ode::{
@@ -219,4 +219,32 @@ fn a_step_says_whether_it_ends_at_a_reversal() {
         }
         assert_eq!(reversals as usize, swing.reversals(5.0).len(), "{name}");
     });
+}
+
+#[test]
+fn between_the_ends_of_steps_that_stability_holds_a_curve_keeps_its_tolerance() {
+    /// ẋ = λ (cos t − x).
+    struct Relaxing(f64);
+    impl System<f64, 1, 0> for Relaxing {
+        fn rate(&self, time: f64, x: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+            Vector1::new(self.0 * (time.cos() - x[0]))
+        }
+        fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+            []
+        }
+    }
+    let rate = 3000.0f64;
+    let exact = |time: f64| {
+        let slow = rate * time.cos() + time.sin() - rate * (-rate * time).exp();
+        slow * rate / (1.0 + rate * rate)
+    };
+    let tolerances = Tolerances::scaled(1e-4, Vector1::new(1.0)).unwrap();
+    let solver = Solver::checked(DormandPrince8, tolerances);
+    let run = solver.solve(&Relaxing(rate), 0.0..10.0, Vector1::new(0.0), Output::Uniform(2001));
+    let worst = run
+        .unwrap()
+        .iter()
+        .fold(0.0, |most, (time, x)| f64::max(most, (x[0] - exact(time)).abs() / 1e-4));
+    // Where the fast mode was not followed between the ends, it was 9 tolerances.
+    assert!(worst < 3.0, "{worst}");
 }
