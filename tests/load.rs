@@ -92,7 +92,18 @@ fn scenes(seconds: usize) -> impl Iterator<Item = Held> {
 
 #[test]
 fn a_held_part_stands_still_while_the_grip_varies() {
-    for held in scenes(60) {
+    stands_still_for(60);
+}
+
+/// `cargo test --release --test load -- --ignored`.
+#[test]
+#[ignore = "an hour in steps of a millisecond takes seconds in release and minutes without"]
+fn a_held_part_stands_still_for_an_hour() {
+    stands_still_for(3600);
+}
+
+fn stands_still_for(seconds: usize) {
+    for held in scenes(seconds) {
         let Held { share, frequency, step, steps, .. } = held;
         let way = held.walked(grip::<f64>());
         assert!(way.abs() <= 1e-12, "±{share} at {frequency} Hz, steps of {step} s: {way:e} m");

@@ -19,6 +19,8 @@ fn to_f64<T: Scalar>(value: T) -> f64 {
     value.to_subset_unchecked()
 }
 
+// Passivity
+
 /// A load of any size; one in six is none.
 fn any_load(draw: &mut Draw, typical: f64) -> f64 {
     if draw.next() < 1.0 / 6.0 { 0.0 } else { typical * draw.logarithmic(1e-3, 1e3) }
@@ -33,6 +35,8 @@ enum By {
 
 /// Steps of a model under random loads, at random velocities, held (so that every passive model is
 /// passive) and as companion steps with a wrong prediction where these are passive.
+///
+/// Returns the number of steps.
 fn random_history<T: Scalar, M: Bristle<T>>(
     by: By,
     model: &M,
@@ -40,7 +44,7 @@ fn random_history<T: Scalar, M: Bristle<T>>(
     draw: &mut Draw,
     steps: usize,
     rounding: f64,
-) {
+) -> usize {
     let start = model.clone().under_load(lit(typical_load)).unwrap();
     // Half of them measured under another load than the one they begin with.
     let measured = if draw.next() < 0.5 { 1.0 } else { draw.logarithmic(1e-2, 1e2) };
@@ -88,10 +92,17 @@ fn random_history<T: Scalar, M: Bristle<T>>(
         let idle = load > T::zero() || after == 0.0 && work == 0.0;
         assert!(idle, "{}: {after:e} J, {work:e} J without a load", name());
     }
+    steps
 }
 
 /// Every model that is passive by a theorem, of one spring and of several.
-fn random_histories<T: Scalar>(recipe: &Recipe, draw: &mut Draw, steps: usize, rounding: f64) {
+fn random_histories<T: Scalar>(
+    recipe: &Recipe,
+    draw: &mut Draw,
+    steps: usize,
+    rounding: f64,
+) -> usize {
+    let mut taken = 0;
     for specimen in specimens::<T>(recipe) {
         let form = &specimen.form;
         let model = specimen.model();
@@ -100,7 +111,7 @@ fn random_histories<T: Scalar>(recipe: &Recipe, draw: &mut Draw, steps: usize, r
         }
         let steps = if specimen.is_implicit() { steps / 5 } else { steps };
         for by in [By::Reloading, By::Renewal] {
-            random_history(by, &model, form.recipe.load, draw, steps, rounding);
+            taken += random_history(by, &model, form.recipe.load, draw, steps, rounding);
         }
     }
     let bristle = GeneralisedMaxwell::zener(ZenerParameters {
@@ -113,8 +124,9 @@ fn random_histories<T: Scalar>(recipe: &Recipe, draw: &mut Draw, steps: usize, r
     assert!(zener.obeys(Law::Passivity));
     // Of several springs the modes are computed to some hundreds of roundings.
     for by in [By::Reloading, By::Renewal] {
-        random_history(by, &zener, recipe.load, draw, 10 * steps, 50.0 * rounding);
+        taken += random_history(by, &zener, recipe.load, draw, 10 * steps, 50.0 * rounding);
     }
+    taken
 }
 
 /// About forty roundings of 1.1e-16 and 6e-8, as of a companion step without a change of load.
@@ -128,6 +140,22 @@ fn no_history_of_load_gives_more_than_was_stored() {
         random_histories::<f64>(&recipe, &mut draw, 60, ROUNDING);
         random_histories::<f32>(&recipe, &mut draw, 60, ROUNDING_F32);
     });
+}
+
+#[test]
+#[ignore = "ten million steps"]
+fn no_long_history_of_load_gives_more_than_was_stored() {
+    let taken = std::cell::Cell::new(0);
+    let mut seed = 1;
+    while taken.get() < 10_000_000 {
+        seed += 1;
+        check(1, recipe(), |recipe| {
+            let mut draw = Draw(seed);
+            let steps = random_histories::<f64>(&recipe, &mut draw, 20_000, ROUNDING)
+                + random_histories::<f32>(&recipe, &mut draw, 20_000, ROUNDING_F32);
+            taken.set(taken.get() + steps);
+        });
+    }
 }
 
 type Table2 = Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
@@ -217,6 +245,8 @@ fn at_any_instant_under_any_load_friction_gives_no_more_than_was_stored() {
         }
     });
 }
+
+// Accuracy
 
 #[cfg(feature = "alloc")]
 mod accuracy {
@@ -358,6 +388,8 @@ fn each_spring_is_renewed() {
         assert_within(1e-15, energy(from, x), reloaded.dissipated, want, || "W".into());
     }
 }
+
+// Bad input
 
 #[test]
 fn a_refused_load_leaves_the_contact_as_it_was() {

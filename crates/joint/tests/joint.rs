@@ -159,6 +159,13 @@ fn a_held_joint_does_not_walk_while_the_load_varies() {
 }
 
 #[test]
+#[ignore = "an hour of a held joint takes a minute"]
+fn a_held_joint_does_not_walk_in_an_hour() {
+    let way = held(0.9, 3600.0);
+    assert!(way.abs() <= 1e-12, "{way:e} rad");
+}
+
+#[test]
 fn the_friction_never_exceeds_what_the_load_holds() {
     check(64, any::<u64>(), |seed| {
         let mut draw = Draw(seed);

@@ -78,6 +78,13 @@ fn a_wheel_on_a_slope_stands_while_its_load_varies() {
 }
 
 #[test]
+#[ignore = "an hour of a standing wheel takes minutes"]
+fn a_wheel_on_a_slope_stands_for_an_hour() {
+    let way = walked(forms()[0], (0.6 * holds(), 60.0, 3600.0), Standing::reload);
+    assert!(way.abs() <= 1e-12, "{way:e} m");
+}
+
+#[test]
 fn by_renewal_it_creeps_as_the_closed_form_says() {
     // A slow cycle of a force far below what is held.
     let pull = 0.01 * holds();
