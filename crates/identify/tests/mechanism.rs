@@ -376,8 +376,8 @@ fn assert_calibrated(case: Case) {
          | {well:.0} % |",
         worst.1
     );
-    // What so few seeds tell of a scatter, by Wilson and Hilferty's quantiles of χ², and of a share:
-    // three deviations.
+    // What so few seeds tell of a scatter, by Wilson and Hilferty's quantiles of χ², and of a
+    // share: three deviations.
     let (spread, of_share) =
         (2.0 / (9.0 * (seeds as f64 - 1.0)), 3.0 * (0.09 / seeds as f64).sqrt());
     let [low, high] = [-3.0, 3.0].map(|z| (1.0 - spread + z * spread.sqrt()).powf(1.5));
