@@ -137,8 +137,29 @@ macro_rules! input {
                     $(Self::$variant(input) => JointInput::next_kink(input, time, towards),)*
                 }
             }
+
+            fn longest_step(&self) -> Option<f64> {
+                match self {
+                    $(Self::$variant(input) => JointInput::longest_step(input),)*
+                }
+            }
         }
     };
 }
 input!(Input: Constant Sine Polyline Gravity PositionControl);
 input!(Motor: Torque Current Voltage);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bristle::signal::SineParameters;
+
+    #[test]
+    fn a_motor_hands_on_what_its_input_asks_of_the_steps() {
+        let parameters = SineParameters { mean: 0.0, amplitude: 1.0, frequency: 5.0, phase: 0.0 };
+        let sine = Sine::new(parameters).unwrap();
+        let motor = Motor::Torque(Input::Sine(sine));
+        assert!(motor.longest_step().is_some());
+        assert_eq!(motor.longest_step(), JointInput::longest_step(&sine));
+    }
+}
