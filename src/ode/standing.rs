@@ -50,8 +50,11 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         let (piece, mut within, mut before) = (step * lit(1.0 / count), 0.5, from.state);
         for number in 0..count as u32 {
             let done = f64::from(number);
-            let rate = field.rate(from.time + piece * lit(done + within), &from.state);
             let after = curve.at(lit((done + 1.0) / count));
+            if !(size(&(after - from.state)) < HARDLY) {
+                return None;
+            }
+            let rate = field.rate(from.time + piece * lit(done + within), &from.state);
             if !(size(&(rate * piece + before - after)) <= moved.max(1.0)) {
                 return Some(piece * lit(done.max(0.5)));
             }
