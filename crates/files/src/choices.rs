@@ -152,14 +152,17 @@ input!(Motor: Torque Current Voltage);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bristle::ParameterError;
     use bristle::signal::SineParameters;
 
     #[test]
-    fn a_motor_hands_on_what_its_input_asks_of_the_steps() {
+    fn a_motor_hands_on_what_its_input_asks_of_the_steps() -> std::result::Result<(), ParameterError>
+    {
         let parameters = SineParameters { mean: 0.0, amplitude: 1.0, frequency: 5.0, phase: 0.0 };
-        let sine = Sine::new(parameters).unwrap();
+        let sine = Sine::new(parameters)?;
         let motor = Motor::Torque(Input::Sine(sine));
         assert!(motor.longest_step().is_some());
         assert_eq!(motor.longest_step(), JointInput::longest_step(&sine));
+        Ok(())
     }
 }
