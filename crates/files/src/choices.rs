@@ -156,8 +156,7 @@ mod tests {
     use bristle::signal::SineParameters;
 
     #[test]
-    fn a_motor_hands_on_what_its_input_asks_of_the_steps() -> std::result::Result<(), ParameterError>
-    {
+    fn a_motor_hands_on_the_steps_of_its_input() -> std::result::Result<(), ParameterError> {
         let parameters = SineParameters { mean: 0.0, amplitude: 1.0, frequency: 5.0, phase: 0.0 };
         let sine = Sine::new(parameters)?;
         let motor = Motor::Torque(Input::Sine(sine));
