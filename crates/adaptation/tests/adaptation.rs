@@ -225,9 +225,11 @@ fn bad_samples_are_counted_and_change_nothing() {
 #[test]
 fn a_stuck_axis_teaches_nothing() {
     let (mut adaptive, mut sample) = axis::<f32>();
+    let mut used = 0;
     for n in 0..3000 {
-        let _ = adaptive.step(sample(n));
+        used += u32::from(adaptive.step(sample(n)).sample == SampleUse::Adapted);
     }
+    assert!(used > 1500, "{used} of 3000 while it moves");
     let before = (adaptive.estimate(), adaptive.deviation());
     // It flickers by a count, under any force, for a minute.
     for n in 0..60_000_u32 {
@@ -303,6 +305,8 @@ fn parameters_are_refused_by_name() {
     assert_eq!(name(AdaptiveFrictionParameters { mass: -1.0, ..good }), "mass");
     assert_eq!(name(AdaptiveFrictionParameters { slowest: 20.0, ..good }), "slowest");
     assert_eq!(name(AdaptiveFrictionParameters { memory: 7e-3, ..good }), "memory");
+    // A sample of so many counts for nothing.
+    assert_eq!(name(AdaptiveFrictionParameters { memory: 1e15, ..good }), "memory");
     for value in [-1.0, f64::NAN] {
         let least = FrictionEstimate { idle_load: value, ..good.least };
         assert_eq!(name(AdaptiveFrictionParameters { least, ..good }), "least.idle_load");

@@ -3,7 +3,7 @@ use bristle::parameter::ParameterError;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd};
 use bristle_periodic::{
-    BranchEnd, Continuation, Guess, Outcome, PeriodicError, PointKind, Shooting, hunting,
+    BranchEnd, Continuation, Guess, Outcome, PeriodicError, Pid, PointKind, Shooting, hunting,
     hunting_map,
 };
 use nalgebra::{SVector, Vector3};
@@ -116,12 +116,30 @@ fn maps_agree_with_single_runs_and_rest_with_rest() {
         for (outcome, &integral) in row.iter().zip(&across) {
             assert_eq!(*outcome, map(integral, derivative).outcome(0.02, 60.0).unwrap());
         }
-        assert!(matches!(row[2], Outcome::Hunts(_)));
+        let Outcome::Hunts(cycle) = row[2] else { unreachable!("{:?}", row[2]) };
+        // It began 2 cm away.
+        assert!(cycle.amplitude > 1e-4 && cycle.amplitude < 0.02, "{cycle}");
     }
     // m s³ + K_D s² + K_P s + K_I grows if K_D K_P < m K_I: large motions do, from large starts.
     let grows = hunting(&map(10_000.0, 20.0), &[0.5], 60.0).unwrap();
     assert!(grows.large_abscissa > Some(0.0) && grows.outcomes[0].1 == Outcome::Grows, "{grows}");
     assert!(grows.hunts() && grows.to_string().contains("GROW"));
+}
+
+#[test]
+fn large_motions_of_a_filtered_loop_have_the_poles_of_its_linear_part() {
+    // m s³ (τ s + 1) + (K_P s + K_I) (τ s + 1) + K_D s² = τ (s + 1) (s + 2) (s + 3) (s + 4).
+    let mut filtered = hunting_loop();
+    filtered.controller = Pid {
+        proportional: 4.76,
+        integral: 2.4,
+        derivative: 3.024,
+        filter_time: 0.1,
+        sample_time: 0.0,
+    };
+    let report = hunting(&filtered, &[0.02], 1.0).unwrap();
+    // Roundings of the coefficients, over the distance of the poles.
+    assert!((report.large_abscissa.unwrap() + 1.0).abs() < 1e-10, "{report}");
 }
 
 /// A short simulation is told from an end: some of these loops slip for a minute and rest then,
