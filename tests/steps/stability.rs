@@ -411,7 +411,7 @@ impl<M: Bristle<f64, Deflection = f64>> Stuck<M> {
             (above - below) / (2.0 * kick)
         });
         let eigenvalues = Matrix3::from_columns(&columns.collect::<Vec<_>>()).complex_eigenvalues();
-        eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max)
+        eigenvalues.iter().map(|value| value.norm_sqr().sqrt()).fold(0.0, f64::max)
     }
 }
 
