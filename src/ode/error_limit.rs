@@ -35,14 +35,17 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         (interval, is_cut): (Interval<T>, bool),
     ) -> Option<T> {
         let most = self.most_growth?;
-        // The curve within the step, which no later step carries along.
-        let within = to_f64(self.step.dense_output.error(&end.scale)) / most;
         let step = end.time - self.point.time;
-        if !is_cut && within > 1.0 {
-            return Some(step.abs() * lit(0.9 * rough_power(within, -1.0 / 8.0)));
-        }
-        if !is_cut && let Some(shorter) = self.unseen(end, interval) {
-            return Some(shorter);
+        if !is_cut {
+            // The curve within the step, which no later step carries along.
+            let within = to_f64(self.step.dense_output.error(&end.scale)) / most;
+            if within > 1.0 {
+                return Some(step * lit(0.9 * rough_power(within, -1.0 / 8.0)));
+            }
+            let shorter = self.unseen(end, interval);
+            if shorter.is_some() {
+                return shorter;
+            }
         }
         let (stepper, mut field, from) = self.parts(interval);
         let jacobians = stepper.jacobians_of_step(&mut field, from, end);

@@ -19,7 +19,7 @@ use crate::scalar::{lit, to_f64};
 /// Pieces of a span.
 const PIECES: f64 = 1000.0;
 
-/// Within fewer pieces the stages of a step leave nothing unseen.
+/// A step over fewer pieces is left to its stages.
 const LEAST: f64 = 20.0;
 
 /// The part of a piece between the times in two neighbouring ones: 1/φ.

@@ -174,7 +174,7 @@ fn by_hand(
     Ok(())
 }
 
-/// The derivative gain beyond which nothing hunts, over the integral gain.
+/// The derivative gain at which the stable cycle ends, over the integral gain.
 fn border(contact: &Friction, cycle: &Orbit<4>) -> bristle_charts::Result<Vec<(f64, f64)>> {
     let across = Continuation {
         first_step: -30.0,

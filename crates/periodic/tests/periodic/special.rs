@@ -141,8 +141,8 @@ fn passages<S: System<f64, 4>>(system: &S, start: Vector4<f64>, duration: f64) -
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
 fn the_border_of_hunting_is_that_of_simulation() {
-    // At K_I = 400 an odd cycle loses its stability and nothing hunts beyond; at 900 it leaves for
-    // one that is not odd, which ends in a fold.
+    // At K_I = 400 an odd cycle loses its stability, and no cycle that it leads to is stable
+    // beyond; at 900 it leaves for one that is not odd, which ends in a fold.
     for (integral, kind) in [(400.0, PointKind::Crossing), (900.0, PointKind::Fold)] {
         let system = |derivative: f64| {
             let mut parameters = hunting_loop();
