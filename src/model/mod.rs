@@ -141,7 +141,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// A name for reports and refusals.
     fn name(&self) -> &'static str {
-        "a model that Bristle::name does not name"
+        "an unnamed model (see Bristle::name)"
     }
 
     /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
