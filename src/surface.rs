@@ -1,19 +1,22 @@
-//! What a friction model meets at one instant: the sliding velocity, and the share of its friction
-//! that the load leaves.
-//!
-//! A load that varies scales the friction curve, μ → s μ with the friction scale s = p/P ≥ 0, and
-//! leaves the stiffness as it was measured, under the reference load P. A model asks the surface
-//! for the values of its curve, and gets them scaled.
+//! What a friction model meets at one instant: velocity, branch and friction scale.
 
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Elements, Rheology};
 use crate::{Branch, Scalar, Sliding};
 
-/// A sliding velocity under a friction scale. From a velocity or a [`Sliding`] the scale is one.
+/// What a friction model meets at one instant: a sliding velocity v [m/s] under a friction scale
+/// s = p/P \[–\].
 ///
-/// The velocity on its branch is not given out: a model that takes its curve past the scale does
-/// not compile.
+/// **Where a method takes `impl Into<Surface<T>>`, pass the velocity:** a plain number, or a
+/// [`Sliding`] on a locked branch. The scale is then one, and a [`Contact`](crate::Contact) puts in
+/// that of its load. Build a surface only for a scale of your own ([`Surface::scaled`]): of a load
+/// that you keep beside the contact, of wear or of temperature.
+///
+/// The scale multiplies the friction curve, μ → s μ, and leaves the stiffness as it was measured,
+/// under the reference load P. A model of your own asks the surface for the values of its curve
+/// ([`Surface::friction`], [`Surface::apply`]) and gets them scaled. The velocity on its branch is
+/// not given out, so that a model that takes its curve past the scale does not compile.
 ///
 /// ```
 /// use bristle::Surface;
