@@ -22,7 +22,7 @@ pub enum Branch {
 }
 
 impl Branch {
-    /// Looks at a velocity from this branch.
+    /// A velocity v [m/s] seen from this branch: what a system passes on to its contact.
     ///
     /// ```
     /// use bristle::Branch;

@@ -80,7 +80,8 @@ impl<T: Scalar> Surface<T> {
         self.scale
     }
 
-    /// A friction coefficient \[–\], or its derivative, scaled by s. Free of cost at s = 1.
+    /// A friction coefficient \[–\], or its derivative, scaled by s: for each value of the curve in
+    /// a model of your own that does not ask [`Surface::friction`]. Free of cost at s = 1.
     #[inline(always)]
     pub fn apply(&self, coefficient: T) -> T {
         if self.scale == T::one() { coefficient } else { product(coefficient, self.scale) }
@@ -105,7 +106,7 @@ impl<T: Scalar> Surface<T> {
         regularisation.speed(self.sliding)
     }
 
-    /// The regularised speed and its slope.
+    /// The regularised speed [m/s] and its slope d|v|_ε/dv \[–\].
     #[inline(always)]
     pub fn regularised_speed_and_slope<E: Regularisation<T>>(&self, regularisation: &E) -> (T, T) {
         regularisation.speed_and_slope(self.sliding)
@@ -138,7 +139,8 @@ impl<T: Scalar> Surface<T> {
         rheology.elements_and_slopes(self.sliding)
     }
 
-    /// The larger value of a function at rest and at this speed, in the direction of a sign.
+    /// The larger value of a function at rest and at this speed, in the direction of a sign: for
+    /// [`Bristle::holding_coefficient`](crate::Bristle::holding_coefficient).
     pub fn largest_up_to(&self, sign: T, function: impl Fn(Self) -> T) -> T {
         let branch = Branch::locked(sign);
         let at = |speed| function(Self::scaled(branch.at_speed(speed), self.scale));

@@ -82,9 +82,9 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// | evaluations (FrBD at 1e-4, 1e-8: 15 190, 24 585) | 20 318 | 23 338 | 29 195 | 40 924 |
 /// | evaluations, `Rodas5P` | 4 342 | 8 101 | 16 221 | 35 380 |
 ///
-/// The force of such a run is as far off as its tolerance says: 4e-6, 1e-8 and 4e-10 N at worst
-/// with `DormandPrince8` at 1e-9, 1e-11 and 1e-12, met where the body stops and the force falls by
-/// 56 N/s. The model's own error is below that.
+/// With `DormandPrince8` at tolerances of 1e-9, 1e-11 and 1e-12 the force of such a run is 4e-6,
+/// 1e-8 and 4e-10 N off at worst, where the body stops and the force falls by 56 N/s. The model's
+/// own error is below that.
 ///
 /// [`Contact::companion`](crate::Contact::companion) freezes the coefficients at the beginning of a
 /// step. That is passive and of first order: the position in this rig after 20 s is 9e-4, 5e-4 and
@@ -96,14 +96,14 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// the surface holds, and slides with an error of about 1e-9 of μ/σ0 (2e-6 in `f32`). Two half
 /// steps make a whole one, and the work is what is stored and dissipated, within that error.
 ///
-/// In Table 2 a step evaluates the curve 7 times on average for 10 µs, and 23 times for steps of up
-/// to 1000 s; 1500 is the most. If 288 pieces of a step have not sufficed, the rest of it is done
-/// with the coefficients frozen.
+/// With Table 2 of the paper ([`paper`](crate::paper)) a step evaluates the curve 7 times on
+/// average for 10 µs, and 23 times for steps of up to 1000 s; 1500 is the most. If 288 pieces of a
+/// step have not sufficed, the rest of it is done with the coefficients frozen.
 ///
 /// # Compared with FrBD
 ///
 /// Both slide steadily on the curve. FrBD relaxes slowly where it slides slowly: its rate falls
-/// with v, this one's does not. In Table 2 at 5.5 mm/s the rates are 31.9 and 418 1/s; loops of
+/// with v, this one's does not. With Table 2 at 5.5 mm/s the rates are 31.9 and 418 1/s; loops of
 /// frictional lag at 25 to 100 Hz are 0.20 to 0.21 apart in μ_b; the period of stick-slip is
 /// 7.7558 s against 7.6393 s. At high speed the forces agree up to σ1σ2μ_d/(σ1 + σ2)².
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,9 +8,9 @@ use crate::{Bristle, LoadChange, Scalar, Surface};
 
 own! {
     /// A model of your own, of one deflection, behind a pointer. [`AnyBristle::own`] makes it, and
-    /// it is named only where an [`AnyBristle`] is matched: call its methods as those of any
-    /// [`Bristle`]. It is for a choice at run time between your model and those of this crate; if
-    /// the type of your model is known, use that type, which costs no call through a pointer.
+    /// you meet its name only where you match on an [`AnyBristle`]: call its methods as those of
+    /// any [`Bristle`]. It is for a choice at run time between your model and those of this crate;
+    /// if the type of your model is known, use that type, which costs no call through a pointer.
     ///
     /// [`AnyBristle`]: crate::AnyBristle
     /// [`AnyBristle::own`]: crate::AnyBristle::own
