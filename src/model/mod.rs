@@ -332,7 +332,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 pub enum Form {
     /// The coefficients depend on the velocity alone: FrBD, LuGre, Dahl. At a held velocity rate
     /// and force are affine in the deflection, so [`Bristle::hold`] is exact and a companion step
-    /// is of second order. Nothing refuses it for its form.
+    /// is of second order. Nothing refuses a model for this form.
     OfVelocity,
     /// The coefficients depend on the deflection, too, which switches them, as the α of
     /// [`ElastoPlastic`]. A step freezes them at its beginning, so `hold` and
