@@ -1,13 +1,15 @@
 //! The sliding velocity as friction sees it: signed value, speed and direction.
-//!
-//! Every friction law contains |v| and sgn v, which are smooth except at v = 0. A solver that
-//! knows the direction of sliding replaces |v| by +v or −v and gets a smooth field; that choice
-//! is a [`Branch`]. On a locked branch the speed is allowed to be slightly negative, so that a
-//! trial step may overshoot the reversal before it is cut back to it.
 
 use crate::scalar::Scalar;
 
 /// Which smooth branch of |v| to use.
+///
+/// Every friction law contains |v| and sgn v, which are smooth except at v = 0. A solver that knows
+/// the direction of sliding *locks* the branch: it replaces |v| by +v or −v and gets a smooth
+/// field. The speed on a locked branch may be negative, so that a trial step may overshoot the
+/// reversal before it is cut back to it. You meet a branch in an
+/// [`ode::System`](crate::ode::System), which passes `branch.of(v)` on to its contact; anywhere
+/// else a plain velocity is enough.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branch {
     /// |v| as it is, with its kink at v = 0.
@@ -20,7 +22,7 @@ pub enum Branch {
 }
 
 impl Branch {
-    /// Looks at a velocity from this branch.
+    /// A velocity v [m/s] seen from this branch: what a system passes on to its contact.
     ///
     /// ```
     /// use bristle::Branch;
@@ -77,7 +79,7 @@ impl Branch {
     }
 }
 
-/// A sliding velocity seen from a [`Branch`]: made by [`Branch::of`], or from a plain number,
+/// A sliding velocity seen from a [`Branch`]: made by [`Branch::of`], or from a plain number [m/s],
 /// which stands for [`Branch::Free`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sliding<T> {

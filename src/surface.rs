@@ -1,19 +1,22 @@
-//! What a friction model meets at one instant: the sliding velocity, and the share of its friction
-//! that the load leaves.
-//!
-//! A load that varies scales the friction curve, μ → s μ with the friction scale s = p/P ≥ 0, and
-//! leaves the stiffness as it was measured, under the reference load P. A model asks the surface
-//! for the values of its curve, and gets them scaled.
+//! What a friction model meets at one instant: velocity, branch and friction scale.
 
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Elements, Rheology};
 use crate::{Branch, Scalar, Sliding};
 
-/// A sliding velocity under a friction scale. From a velocity or a [`Sliding`] the scale is one.
+/// What a friction model meets at one instant: a sliding velocity v [m/s] under a friction scale
+/// s = p/P \[–\].
 ///
-/// The velocity on its branch is not given out: a model that takes its curve past the scale does
-/// not compile.
+/// **Where a method takes `impl Into<Surface<T>>`, pass the velocity:** a plain number, or a
+/// [`Sliding`] on a locked branch. The scale is then one, and a [`Contact`](crate::Contact) puts in
+/// that of its load. Build a surface only for a scale of your own ([`Surface::scaled`]): of a load
+/// that you keep beside the contact, of wear or of temperature.
+///
+/// The scale multiplies the friction curve, μ → s μ, and leaves the stiffness as it was measured,
+/// under the reference load P. A model of your own asks the surface for the values of its curve
+/// ([`Surface::friction`], [`Surface::apply`]) and gets them scaled. The velocity on its branch is
+/// not given out, so that a model that takes its curve past the scale does not compile.
 ///
 /// ```
 /// use bristle::Surface;
@@ -77,7 +80,8 @@ impl<T: Scalar> Surface<T> {
         self.scale
     }
 
-    /// A friction coefficient \[–\], or its derivative, scaled by s. Free of cost at s = 1.
+    /// A friction coefficient \[–\], or its derivative, scaled by s: for each value of the curve in
+    /// a model of your own that does not ask [`Surface::friction`]. Free of cost at s = 1.
     #[inline(always)]
     pub fn apply(&self, coefficient: T) -> T {
         if self.scale == T::one() { coefficient } else { product(coefficient, self.scale) }
@@ -102,7 +106,7 @@ impl<T: Scalar> Surface<T> {
         regularisation.speed(self.sliding)
     }
 
-    /// The regularised speed and its slope.
+    /// The regularised speed [m/s] and its slope d|v|_ε/dv \[–\].
     #[inline(always)]
     pub fn regularised_speed_and_slope<E: Regularisation<T>>(&self, regularisation: &E) -> (T, T) {
         regularisation.speed_and_slope(self.sliding)
@@ -135,7 +139,8 @@ impl<T: Scalar> Surface<T> {
         rheology.elements_and_slopes(self.sliding)
     }
 
-    /// The larger value of a function at rest and at this speed, in the direction of a sign.
+    /// The larger value of a function at rest and at this speed, in the direction of a sign: for
+    /// [`Bristle::holding_coefficient`](crate::Bristle::holding_coefficient).
     pub fn largest_up_to(&self, sign: T, function: impl Fn(Self) -> T) -> T {
         let branch = Branch::locked(sign);
         let at = |speed| function(Self::scaled(branch.at_speed(speed), self.scale));

@@ -14,7 +14,14 @@ pub use unregularised::Unregularised;
 
 use crate::{Scalar, Sliding};
 
-/// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε that goes with it.
+/// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε \[–\] that goes with it.
+///
+/// | regularisation | \|v\|_ε | take it if |
+/// |---|---|---|
+/// | [`Unregularised`] | \|v\| | nothing else is asked for: bodies stick, and the solvers of this crate locate the kink |
+/// | [`SquareRoot`] | √(v² + ε) | a solver of your own needs a smooth field, or a source gives ε |
+/// | [`HyperbolicTangent`] | v coth(v/v_t) | the parameters are those of a multibody code |
+/// | [`AnyRegularisation`] | one of these | it is chosen at run time |
 ///
 /// It enters where the bristle meets the sliding surface (Romano et al., section II-B). With any
 /// regularisation but [`Unregularised`] nothing ever sticks: under a force F below the breakaway

@@ -1,12 +1,12 @@
-//! The square-root regularisation, |v|_ε = √(v² + ε).
-//!
-//! Source: Romano et al. (arXiv 2602.09429), section II-B.
+//! The square-root regularisation.
 
 use crate::parameter::{Named, ParameterError};
 use crate::regularisation::Regularisation;
 use crate::{Scalar, Sliding};
 
-/// The square-root regularisation, |v|_ε = √(v² + ε).
+/// The square-root regularisation, |v|_ε = √(v² + ε), with ε [m²/s²].
+///
+/// Source: Romano et al. (arXiv 2602.09429), section II-B.
 ///
 /// ```
 /// use bristle::regularisation::{Regularisation, SquareRoot};

@@ -8,19 +8,20 @@ use nalgebra::{SMatrix, SVector};
 use super::{Modes, Weights};
 use crate::Scalar;
 
-/// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
-/// springs. One of your own is needed only where the relaxation has another structure.
+/// The state of a bristle \[m\]: a scalar for a single deflection z, an `SVector` for the stretches
+/// xᵢ of several springs. A simulation passes it on and needs no method of it; code that is generic
+/// over the number of springs does. Implement it only where the relaxation has another structure.
 ///
-/// The rate of any bristle of this crate is affine in its state. The matrix is diagonal plus a row
-/// repeated in every line: the stretch of each spring follows the common rate ż, which depends on
-/// all of them, and decays on its own.
+/// The rate of any bristle of this crate is affine in its state, ẋ = −Λx + u. The relaxation matrix
+/// Λ [1/s] is diag(aᵢ) plus a row repeated in every line: the stretch of each spring follows the
+/// common rate ż, which depends on all of them, and decays on its own at aᵢ.
 pub trait Deflection<T: Scalar>:
     Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
 {
     /// Number of springs.
     const SPRINGS: usize;
 
-    /// The matrix between a state and its rate [1/s]: a scalar for a scalar.
+    /// The matrix Λ between a state and its rate [1/s]: a scalar λ for a scalar.
     type Relaxation: Copy + Debug + PartialEq + Neg<Output = Self::Relaxation>;
 
     /// The matrix diag(decay) + 1·rowᵀ.
@@ -59,7 +60,7 @@ pub trait Deflection<T: Scalar>:
     /// Σ aᵢ bᵢ.
     fn inner_product(self, other: Self) -> T;
 
-    /// Component by component.
+    /// The product aᵢ bᵢ of each component.
     fn scaled_by(self, other: Self) -> Self;
 
     /// A function of each component.
@@ -72,7 +73,9 @@ fn cut<T: Scalar>(x: T, limit: T) -> T {
     if x > limit { limit } else { -limit }
 }
 
-/// The exact step of a relaxing state under a held drive, see [`Deflection::weights`].
+/// The exact step of a relaxing state under a held drive, as a linear map, see
+/// [`Deflection::weights`]. [`Affine::weights`](crate::Affine::weights) makes it from the
+/// coefficients of a model and says when to take it.
 pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     /// The state at the end of the step, under a drive u [m/s] of each spring.
     fn end(&self, state: D, drive: D) -> D;
@@ -225,7 +228,8 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     }
 }
 
-/// A deflection as N states of a [`System`](crate::ode::System): one for a scalar.
+/// A deflection as N states of a [`System`](crate::ode::System), one for a scalar: for a mechanism
+/// that is generic over the number of springs.
 pub trait States<T: Scalar, const N: usize>: Deflection<T> {
     /// The deflection from its states \[m\].
     fn from_states(states: &SVector<T, N>) -> Self;

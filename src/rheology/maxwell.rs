@@ -1,26 +1,4 @@
-//! A spring and a dashpot in series: F/p = K x = η(ż − ẋ).
-//!
-//! ẋ = ż − (K/η) x,  F/p = K x
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | x | stretch of the spring, the state | m |
-//! | z | deflection of the bristle: spring and dashpot together | m |
-//! | K | normalised stiffness | 1/m |
-//! | η | normalised damping of the dashpot in series | s/m |
-//!
-//! Under a steady force such a bristle creeps. In steady sliding the dashpot is a further
-//! resistance in series with the surface,
-//!
-//! F_ss = p v/(|v|_ε/μ + 1/η),
-//!
-//! below the friction curve. The bounds of a single spring hold: from any state within them,
-//! |x| ≤ max μ/K and |F| ≤ p max μ.
-//!
-//! F v − Ẇ = F v_s + p (K²/η) x²,  W = ½ p K x².
-//!
-//! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
-//! authors' own viscoelastic bristles are in arXiv 2601.13799.
+//! A spring and a dashpot in series.
 
 use super::{ElementBounds, Elements};
 use crate::parameter::{Named, ParameterError};
@@ -39,7 +17,26 @@ pub struct MaxwellParameters<T> {
     pub series_damping: T,
 }
 
-/// A spring and a dashpot in series: a bristle that creeps.
+/// A spring and a dashpot in series: a bristle that creeps. Take it if the body yields without end
+/// under a steady force; if it yields and then stays, take
+/// [Zener](super::GeneralisedMaxwell::zener).
+///
+/// ẋ = ż − (K/η) x,  F/p = K x = η (ż − ẋ)
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | x | stretch of the spring, the state | m |
+/// | z | deflection of the bristle: spring and dashpot together | m |
+/// | F, p | force of the bristle, normal force | N |
+/// | K | normalised stiffness | 1/m |
+/// | η | normalised damping of the dashpot in series | s/m |
+///
+/// In steady sliding the dashpot is a further resistance in series with the surface,
+/// F_ss = p v/(|v|_ε/μ + 1/η), below the friction curve. The bounds of a single spring hold: from
+/// any state within them, |x| ≤ max μ/K and |F| ≤ p max μ.
+///
+/// Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
+/// authors' own viscoelastic bristles are in arXiv 2601.13799.
 ///
 /// ```
 /// use bristle::{Bristle, FrBd, Law, paper};

@@ -41,9 +41,11 @@ use crate::scalar::{is_zero, lit};
 /// decades between them, so that this many cannot run out before the root is found.
 const ITERATIONS: usize = 60;
 
-/// The exact step of a bristle of several springs: its modes, and the step of each.
+/// The exact step of a bristle of several springs, ẋ = −Λx + u with the matrix
+/// [`DiagonalPlusRankOne`] held: in each mode of Λ it is a scalar that relaxes, and steps by
+/// [`Weights`].
 ///
-/// Made by [`Deflection::weights`](super::Deflection::weights).
+/// Made by [`Affine::weights`](crate::Affine::weights); used through [`HeldWeights`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modes<T: Scalar, const N: usize> {
     /// Eigenvalues λⱼ [1/s].

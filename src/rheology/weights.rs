@@ -1,15 +1,16 @@
-//! The exact step of a relaxing deflection under a held drive, ż = −λz + u.
-//!
-//! With x = λh, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x,
-//!
-//! z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u.
+//! The exact step of one relaxing deflection under a held drive.
 
 use super::HeldWeights;
 use crate::Scalar;
 use crate::scalar::lit;
 
-/// A step of ż = −λz + u with λ and u = r v held: both its end and its mean are linear in the
-/// deflection z at its start and in u.
+/// The exact step of length h \[s\] of ż = −λz + u, with the relaxation rate λ [1/s] and the drive
+/// u = r v [m/s] held: with x = λh, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x,
+///
+/// z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u.
+///
+/// Made by [`Affine::weights`](crate::Affine::weights), which says when to take it; used through
+/// [`HeldWeights`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights<T> {
     /// x = λh
