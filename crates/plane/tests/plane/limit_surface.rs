@@ -1,5 +1,6 @@
 //! The twist of a wrench, and limit surfaces from pushes.
 
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::cell::Cell;
 
 use bristle::nalgebra::{Matrix3, Vector3};
@@ -233,6 +234,21 @@ fn exact_pushes_give_the_ellipsoid_in_either_precision() {
     }
     check::<f64>(1e-11);
     check::<f32>(1e-3);
+}
+
+/// A quarter of a turn between the directions, an eighth where a spin comes to as much.
+#[test]
+fn an_angle_of_twists_weighs_spins_by_the_length() {
+    let spin = Vector3::z() / 0.03;
+    for (twist, other) in [(Vector3::x(), Vector3::y()), (Vector3::y(), Vector3::x())] {
+        let push = Push { twist, wrench: Vector3::zeros() };
+        for (predicted, wanted) in
+            [(other, FRAC_PI_2), (spin, FRAC_PI_2), (twist + spin, FRAC_PI_4)]
+        {
+            let angle = push.angle(&predicted, 0.03);
+            assert!((angle - wanted).abs() < 4.0 * f64::EPSILON, "{angle} {wanted}");
+        }
+    }
 }
 
 #[test]
