@@ -464,7 +464,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
         &self.output.contact
     }
 
-    /// Back to the beginning: an undeflected bristle; the next sample is the initial position.
+    /// Back to the beginning: an undeflected bristle; the next sample is the initial position. Call
+    /// it while a brake holds the axis.
     pub fn reset(&mut self) {
         self.position.reset();
         self.error.reset();

@@ -1,9 +1,4 @@
-//! Coulomb friction with a viscous part: μ(v) = μ_d + σ2|v|.
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | μ_d | dynamic friction coefficient | – |
-//! | σ2 | viscous friction | s/m |
+//! Coulomb friction with a viscous part.
 
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
@@ -22,7 +17,8 @@ pub struct CoulombParameters<T> {
     pub viscous_friction: T,
 }
 
-/// Coulomb friction with a viscous part, μ(v) = μ_d + σ2|v|.
+/// Coulomb friction with a viscous part, μ(v) = μ_d + σ2|v|: for friction that does not fall as
+/// sliding sets in, or of which one number is known.
 ///
 /// ```
 /// use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve};

@@ -1,18 +1,4 @@
-//! The Stribeck curve: friction that falls from its static to its dynamic value as sliding sets
-//! in, and rises again with viscosity.
-//!
-//! μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | μ_s, μ_d | static and dynamic friction coefficient | – |
-//! | v_S | Stribeck velocity | m/s |
-//! | δ | Stribeck exponent | – |
-//! | σ2 | viscous friction | s/m |
-//!
-//! Source: Romano et al. (arXiv 2602.09429), section II-B, the generalised Coulomb curve with
-//! μ_v = σ2|v|. It is continuously differentiable only for δ > 1 and, with σ2 > 0, away from
-//! v = 0.
+//! The Stribeck curve.
 
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
@@ -31,10 +17,11 @@ pub struct StribeckParameters<T> {
     /// Dynamic friction coefficient μ_d \[–\], positive.
     #[doc(alias = "mu_d")]
     pub dynamic_coefficient: T,
-    /// Stribeck velocity v_S [m/s], positive.
+    /// Stribeck velocity v_S [m/s], positive: 63 % of the fall is done there.
     #[doc(alias = "v_S")]
     pub stribeck_velocity: T,
-    /// Stribeck exponent δ \[–\], between 0.1 and 100; 1 and 2 need no power function.
+    /// Stribeck exponent δ \[–\], between 0.1 and 100. Take 2 if it was not measured; 1 falls at
+    /// once from rest. Both need no power function.
     #[doc(alias = "delta")]
     pub stribeck_exponent: T,
     /// Viscous friction σ2 [s/m], zero or positive.
@@ -42,7 +29,13 @@ pub struct StribeckParameters<T> {
     pub viscous_friction: T,
 }
 
-/// The Stribeck curve, μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|.
+/// The Stribeck curve: friction that falls from its static to its dynamic value as sliding sets in,
+/// and rises again with viscosity. Take it unless you know better.
+///
+/// μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|
+///
+/// Source: Romano et al. (arXiv 2602.09429), section II-B, the generalised Coulomb curve with
+/// μ_v = σ2|v|. It is continuously differentiable only for δ > 1 and, with σ2 > 0, away from v = 0.
 ///
 /// At exactly v = 0 with δ < 1 the one-sided slope is infinite; the slope reported there is that
 /// of the viscous part alone.

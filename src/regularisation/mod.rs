@@ -1,4 +1,14 @@
-//! Regularisation: smooth stand-ins for |v| and sgn v.
+//! Regularisation: smooth stand-ins |v|_ε and sgn_ε(v) for |v| and sgn v.
+//!
+//! | regularisation | \|v\|_ε \[m/s\] | take it if |
+//! |---|---|---|
+//! | [`Unregularised`] | \|v\| | a body shall stand still under a force: by default |
+//! | [`SquareRoot`] | √(v² + ε) | you reproduce results of the paper with ε > 0 |
+//! | [`HyperbolicTangent`] | v coth(v/v_t) | you compare with a multibody code's tanh(v/v_t) |
+//! | [`AnyRegularisation`] | one of these | it is chosen at run time |
+//!
+//! The solvers of this crate need none: they locate each reversal. For a solver that does not know
+//! of the kink at v = 0 a regularisation makes the equations smooth.
 
 mod any;
 mod hyperbolic_tangent;
@@ -16,9 +26,10 @@ use crate::{Scalar, Sliding};
 
 /// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε that goes with it.
 ///
-/// It enters where the bristle meets the sliding surface (Romano et al., section II-B). With any
-/// regularisation but [`Unregularised`] nothing ever sticks: under a force F below the breakaway
-/// force F_b the body creeps, for the square root at v ≈ √ε r/√(1 − r²) with r = F/F_b.
+/// It enters where the bristle meets the sliding surface: λ = σ0|v|_ε/g, g = σ1|v|_ε + μ (Romano et
+/// al., section II-B). With any regularisation but [`Unregularised`] nothing ever sticks: under a
+/// force F below the breakaway force F_b the body creeps, for the square root at
+/// v ≈ √ε r/√(1 − r²) with r = F/F_b.
 pub trait Regularisation<T: Scalar>: Debug + Clone {
     /// The regularised speed |v|_ε [m/s]. Override it where the slope costs extra.
     #[inline(always)]
@@ -41,6 +52,7 @@ pub trait Regularisation<T: Scalar>: Debug + Clone {
         (sign, (T::one() - sign * slope) / speed)
     }
 
-    /// The regularised speed at rest |0|_ε [m/s], which is also the largest |v|_ε − |v|.
+    /// The regularised speed at rest |0|_ε [m/s], which is also the largest |v|_ε − |v|. Zero says
+    /// that the modulus is exact, so that a bristle at rest keeps its force.
     fn speed_at_rest(&self) -> T;
 }

@@ -1,12 +1,12 @@
-//! The square-root regularisation, |v|_ε = √(v² + ε).
-//!
-//! Source: Romano et al. (arXiv 2602.09429), section II-B.
+//! The square-root regularisation.
 
 use crate::parameter::{Named, ParameterError};
 use crate::regularisation::Regularisation;
 use crate::{Scalar, Sliding};
 
-/// The square-root regularisation, |v|_ε = √(v² + ε).
+/// The square-root regularisation of the paper, |v|_ε = √(v² + ε) with ε [m²/s²]; |0|_ε = √ε.
+///
+/// Source: Romano et al. (arXiv 2602.09429), section II-B.
 ///
 /// ```
 /// use bristle::regularisation::{Regularisation, SquareRoot};
