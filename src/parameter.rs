@@ -1,4 +1,5 @@
-//! The gate: every parameter of the crate is checked here, once, when a value is built.
+//! The gate: every parameter of the crate is checked here, once, when a value is built. A refusal
+//! is a [`ParameterError`]; [`Named`] is for parameters of your own curve, bristle or model.
 //!
 //! A check asks "is it finite and inside?", never "is it outside?": NaN answers no to both.
 //! Positive parameters must also keep their reciprocals and a few products finite, so magnitudes
@@ -62,7 +63,8 @@ impl fmt::Debug for ParameterError {
     }
 }
 
-/// What a parameter must satisfy.
+/// What a parameter must satisfy. For a program that acts on the reason of a refusal; a reader has
+/// the sentence of the [`ParameterError`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Rule {
@@ -110,14 +112,14 @@ pub enum Rule {
         /// The component before.
         previous: f64,
     },
-    /// Another choice at run time than the one named: so and so takes this or that.
+    /// A model or method chosen at run time, which must be one of those that this text names.
     Takes(&'static str),
-    /// A count of at least so many.
+    /// A number of things with a lower limit.
     Count {
         /// Smallest admissible count.
         least: usize,
     },
-    /// A count within limits.
+    /// A number of things within limits.
     CountBetween {
         /// Smallest admissible count.
         least: usize,
@@ -185,19 +187,20 @@ fn limits<T: Scalar>() -> (f64, f64) {
 }
 
 impl ParameterError {
-    /// The error for what was chosen at run time and does not go where it was put, which takes
-    /// others.
+    /// The error for a model or method, chosen at run time, that does not fit where it was put.
+    /// `takes` says in words what fits: "an observer takes …".
     pub fn chosen(choice: &'static str, takes: &'static str) -> Self {
         Self { name: choice, component: None, value: f64::NAN, rule: Rule::Takes(takes) }
     }
 
-    /// Names the component of an array that a check refused.
+    /// The result of a check with the component of an array that it was made for.
     pub fn of_component<V>(index: usize, checked: Result<V, Self>) -> Result<V, Self> {
         checked.map_err(|error| Self { component: Some(index), ..error })
     }
 }
 
-/// A value before the gate, with its name in the struct or function that took it.
+/// A value before the gate, with its name in the struct or function that took it: to check the
+/// parameters of a type of your own as this crate does.
 ///
 /// Each check returns the value, or the error that names the parameter and the rule.
 ///
@@ -212,22 +215,22 @@ impl ParameterError {
 pub struct Named<T>(pub &'static str, pub T);
 
 impl<T: Scalar> Named<T> {
-    /// The smallest admissible magnitude.
+    /// The smallest admissible magnitude of a positive parameter: 10⁻¹⁰⁰, of an `f32` 10⁻¹⁸.
     pub fn smallest() -> T {
         lit(limits::<T>().0)
     }
 
-    /// The error for a value that breaks a rule.
+    /// The error for this value, which breaks a rule.
     pub fn refused(self, rule: Rule) -> ParameterError {
         ParameterError { name: self.0, component: None, value: decimal(self.1), rule }
     }
 
-    /// What passes; what does not is refused by a rule.
+    /// The value if it passes, else the error with the rule that it breaks.
     pub fn check(self, passes: bool, rule: Rule) -> Result<T, ParameterError> {
         if passes { Ok(self.1) } else { Err(self.refused(rule)) }
     }
 
-    /// A rule of one construction: the value must …
+    /// As [`Named::check`], with a rule in words, which go on from "must": "be even".
     pub fn stated(self, passes: bool, rule: &'static str) -> Result<T, ParameterError> {
         self.check(passes, Rule::Stated(rule))
     }

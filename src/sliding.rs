@@ -1,13 +1,16 @@
 //! The sliding velocity as friction sees it: signed value, speed and direction.
-//!
-//! Every friction law contains |v| and sgn v, which are smooth except at v = 0. A solver that
-//! knows the direction of sliding replaces |v| by +v or −v and gets a smooth field; that choice
-//! is a [`Branch`]. On a locked branch the speed is allowed to be slightly negative, so that a
-//! trial step may overshoot the reversal before it is cut back to it.
 
 use crate::scalar::Scalar;
 
 /// Which smooth branch of |v| to use.
+///
+/// Every friction law contains |v| and sgn v, which are smooth except at v = 0. A solver that knows
+/// the direction of sliding replaces |v| by +v or −v and gets a smooth field: the branch is
+/// *locked*. Then the speed is allowed to be slightly negative, so that a trial step may overshoot
+/// the reversal before it is cut back to it.
+///
+/// A loop at held velocities never names a branch. A [`System`](crate::ode::System) of your own is
+/// given one for each sliding velocity, and passes it on: `branch.of(velocity)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branch {
     /// |v| as it is, with its kink at v = 0.
@@ -20,7 +23,7 @@ pub enum Branch {
 }
 
 impl Branch {
-    /// Looks at a velocity from this branch.
+    /// A velocity [m/s] seen from this branch, to give to a model or a contact.
     ///
     /// ```
     /// use bristle::Branch;
@@ -43,7 +46,8 @@ impl Branch {
         Sliding { velocity, speed, direction }
     }
 
-    /// The branch on which a velocity of this sign lies; `Free` for zero.
+    /// The branch on which a velocity of this sign lies; `Free` for zero, where the direction is
+    /// open.
     pub fn towards<T: Scalar>(velocity: T) -> Self {
         if velocity > T::zero() {
             Branch::Forward
@@ -54,19 +58,20 @@ impl Branch {
         }
     }
 
-    /// The branch locked to the direction of a velocity; forward for zero.
+    /// The branch locked to the direction of a velocity; forward for zero, where a side has to be
+    /// chosen.
     #[inline]
     pub fn locked<T: Scalar>(velocity: T) -> Self {
         if velocity < T::zero() { Branch::Backward } else { Branch::Forward }
     }
 
-    /// A speed in the direction of this branch; forward on the free one.
+    /// A speed [m/s] in the direction of this branch; forward on the free one.
     #[inline(always)]
     pub fn at_speed<T: Scalar>(self, speed: T) -> Sliding<T> {
         self.of(if self == Branch::Backward { -speed } else { speed })
     }
 
-    /// The opposite direction.
+    /// The branch after a reversal: the opposite direction.
     #[must_use]
     pub fn reversed(self) -> Self {
         match self {
@@ -77,8 +82,8 @@ impl Branch {
     }
 }
 
-/// A sliding velocity seen from a [`Branch`]: made by [`Branch::of`], or from a plain number,
-/// which stands for [`Branch::Free`].
+/// A sliding velocity seen from a [`Branch`]: what curves and regularisations are evaluated at.
+/// Made by [`Branch::of`], or from a plain number, which stands for [`Branch::Free`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sliding<T> {
     velocity: T,
@@ -105,19 +110,20 @@ impl<T: Scalar> Sliding<T> {
         self.direction
     }
 
-    /// Velocity, speed and direction.
+    /// Velocity, speed and direction, as plain numbers for a call that is not inlined.
     #[inline(always)]
     pub fn parts(self) -> (T, T, T) {
         (self.velocity, self.speed, self.direction)
     }
 
-    /// From velocity, speed and direction that belong together.
+    /// From [`parts`](Self::parts): velocity, speed and direction that belong together. Nothing is
+    /// checked.
     #[inline(always)]
     pub fn from_parts(velocity: T, speed: T, direction: T) -> Self {
         Self { velocity, speed, direction }
     }
 
-    /// The opposite velocity, seen from the same branch.
+    /// The opposite velocity, seen from the same branch, to use the odd symmetry of a law.
     pub fn mirrored(&self) -> Self {
         Self { velocity: -self.velocity, speed: -self.speed, direction: self.direction }
     }

@@ -1,19 +1,24 @@
-//! What a friction model meets at one instant: the sliding velocity, and the share of its friction
-//! that the load leaves.
-//!
-//! A load that varies scales the friction curve, μ → s μ with the friction scale s = p/P ≥ 0, and
-//! leaves the stiffness as it was measured, under the reference load P. A model asks the surface
-//! for the values of its curve, and gets them scaled.
+//! What a friction model meets at one instant.
 
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Elements, Rheology};
 use crate::{Branch, Scalar, Sliding};
 
-/// A sliding velocity under a friction scale. From a velocity or a [`Sliding`] the scale is one.
+/// What a friction model meets at one instant: the sliding velocity v, and the friction scale s
+/// that the load leaves.
 ///
-/// The velocity on its branch is not given out: a model that takes its curve past the scale does
-/// not compile.
+/// A load p that varies scales the friction curve, μ → s μ with s = p/P ≥ 0, and leaves the
+/// stiffness as it was measured, under the reference load P.
+///
+/// *Calling a model*, give it a velocity: a number or a [`Sliding`] becomes a surface with s = 1,
+/// and a [`Contact`](crate::Contact) puts in the scale of its load.
+/// [`Surface::scaled`] is for a scale of your own, such as wear or temperature.
+///
+/// *Writing a model*, ask the surface for the curve, the regularisation and the springs of the
+/// bristle ([`Surface::friction`] and the others below): what comes back is scaled. The velocity
+/// on its branch is not given out, so that a model that takes its curve past the scale does not
+/// compile.
 ///
 /// ```
 /// use bristle::Surface;
@@ -45,7 +50,7 @@ impl<T: Scalar> Surface<T> {
         Self { sliding: sliding.into(), scale }
     }
 
-    /// The same velocity with s times the scale.
+    /// The same velocity with s times the scale \[–\]: two causes that scale the friction multiply.
     #[inline(always)]
     pub fn rescaled(self, scale: T) -> Self {
         Self { scale: self.scale * scale, ..self }
@@ -102,7 +107,7 @@ impl<T: Scalar> Surface<T> {
         regularisation.speed(self.sliding)
     }
 
-    /// The regularised speed and its slope.
+    /// The regularised speed [m/s] and its slope d|v|_ε/dv \[–\].
     #[inline(always)]
     pub fn regularised_speed_and_slope<E: Regularisation<T>>(&self, regularisation: &E) -> (T, T) {
         regularisation.speed_and_slope(self.sliding)
@@ -120,7 +125,7 @@ impl<T: Scalar> Surface<T> {
         regularisation.sign(self.sliding)
     }
 
-    /// The springs and dashpots of a bristle.
+    /// The springs and dashpots of a bristle, which do not scale with the load.
     #[inline(always)]
     pub fn elements<R: Rheology<T>>(&self, rheology: &R) -> Elements<T, R::Deflection> {
         rheology.elements(self.sliding)
@@ -135,14 +140,16 @@ impl<T: Scalar> Surface<T> {
         rheology.elements_and_slopes(self.sliding)
     }
 
-    /// The larger value of a function at rest and at this speed, in the direction of a sign.
+    /// The larger value of a function at rest and at this speed, in the direction of a sign: what a
+    /// falling or a rising curve holds at most, for a model's
+    /// [`holding_coefficient`](crate::Bristle::holding_coefficient).
     pub fn largest_up_to(&self, sign: T, function: impl Fn(Self) -> T) -> T {
         let branch = Branch::locked(sign);
         let at = |speed| function(Self::scaled(branch.at_speed(speed), self.scale));
         at(self.sliding.velocity().abs()).larger(at(T::zero()))
     }
 
-    /// The opposite velocity on the same branch.
+    /// The opposite velocity on the same branch, to use the odd symmetry of a law.
     pub fn mirrored(&self) -> Self {
         Self { sliding: self.sliding.mirrored(), scale: self.scale }
     }

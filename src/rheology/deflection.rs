@@ -9,11 +9,12 @@ use super::{Modes, Weights};
 use crate::Scalar;
 
 /// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
-/// springs. One of your own is needed only where the relaxation has another structure.
+/// springs. Code that is generic over models uses the operations below; a loop uses the number or
+/// the vector itself. A type of your own is needed only where the relaxation has another structure.
 ///
-/// The rate of any bristle of this crate is affine in its state. The matrix is diagonal plus a row
-/// repeated in every line: the stretch of each spring follows the common rate ż, which depends on
-/// all of them, and decays on its own.
+/// The rate of any bristle of this crate is affine in its state, ẋ = −Λx + u. The matrix Λ is
+/// diagonal plus a row repeated in every line: the stretch of each spring follows the common rate
+/// ż, which depends on all of them, and decays on its own.
 pub trait Deflection<T: Scalar>:
     Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
 {
@@ -23,10 +24,11 @@ pub trait Deflection<T: Scalar>:
     /// The matrix between a state and its rate [1/s]: a scalar for a scalar.
     type Relaxation: Copy + Debug + PartialEq + Neg<Output = Self::Relaxation>;
 
-    /// The matrix diag(decay) + 1·rowᵀ.
+    /// The matrix Λ = diag(decay) + 1·rowᵀ, of the decay rates aᵢ [1/s] and of how each stretch
+    /// slows the common rate, (|v|_ε/g) Kᵢ [1/s].
     fn relaxation(decay: Self, row: Self) -> Self::Relaxation;
 
-    /// The matrix applied to a state.
+    /// The matrix applied to a state, Λx [m/s].
     fn relax(relaxation: Self::Relaxation, state: Self) -> Self;
 
     /// The step of a given length as a linear map, see [`Deflection::weights`].
@@ -36,7 +38,7 @@ pub trait Deflection<T: Scalar>:
     /// held: both its end and its mean are linear in the state x at its start and in u.
     fn weights(relaxation: Self::Relaxation, duration: T) -> Self::Weights;
 
-    /// The largest |xᵢ|.
+    /// The largest |xᵢ|, to compare with a limit.
     #[inline(always)]
     fn largest(self) -> T {
         let mut most = T::zero();
@@ -53,16 +55,16 @@ pub trait Deflection<T: Scalar>:
         self.each(|x| if x.abs() > limit { cut(x, limit) } else { x })
     }
 
-    /// One number for every spring.
+    /// The same number for every spring.
     fn fill(value: T) -> Self;
 
-    /// Σ aᵢ bᵢ.
+    /// Σ aᵢ bᵢ: of stiffnesses and stretches, the force of the springs.
     fn inner_product(self, other: Self) -> T;
 
-    /// Component by component.
+    /// The products aᵢ bᵢ, spring by spring.
     fn scaled_by(self, other: Self) -> Self;
 
-    /// A function of each component.
+    /// A function of each xᵢ.
     fn each(self, function: impl FnMut(T) -> T) -> Self;
 }
 
@@ -72,7 +74,9 @@ fn cut<T: Scalar>(x: T, limit: T) -> T {
     if x > limit { limit } else { -limit }
 }
 
-/// The exact step of a relaxing state under a held drive, see [`Deflection::weights`].
+/// The exact step of a relaxing state under a held drive, as a linear map from the state at its
+/// start and the drive to the state at its end and to its mean: [`Weights`] for one spring,
+/// [`Modes`] for several. From [`Affine::weights`](crate::Affine::weights).
 pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     /// The state at the end of the step, under a drive u [m/s] of each spring.
     fn end(&self, state: D, drive: D) -> D;
@@ -225,7 +229,8 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     }
 }
 
-/// A deflection as N states of a [`System`](crate::ode::System): one for a scalar.
+/// A deflection as N states of a [`System`](crate::ode::System), one for a scalar: for a system
+/// that is generic over the bristle.
 pub trait States<T: Scalar, const N: usize>: Deflection<T> {
     /// The deflection from its states \[m\].
     fn from_states(states: &SVector<T, N>) -> Self;

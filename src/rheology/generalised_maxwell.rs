@@ -1,53 +1,11 @@
 //! Springs side by side, each alone or behind a dashpot of its own, and one dashpot beside them
 //! all.
 //!
-//! ẋᵢ = ż − (Kᵢ/ηᵢ) xᵢ,  F/p = Σ Kᵢ xᵢ + d ż
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | xᵢ | stretch of the spring of arm i: the state is their vector | m |
-//! | z | deflection of the bristle, common to all arms | m |
-//! | Kᵢ | normalised stiffness of the spring of arm i | 1/m |
-//! | ηᵢ | normalised damping of the dashpot in series with it; none in a static arm | s/m |
-//! | d | normalised damping of the dashpot beside all arms | s/m |
-//!
-//! Every passive bristle of linear springs and dashpots is equivalent to one of these. A spring k₁
-//! in a row with a spring k₂ beside a dashpot η is [`GeneralisedMaxwell::zener`] with K₀ = s k₂,
-//! K₁ = s k₁ and the dashpot s² η, s = k₁/(k₁ + k₂).
-//!
-//! With a static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
-//! F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)).
-//!
-//! # Arms from measured moduli
-//!
-//! A table of storage and loss moduli G'(ωₖ), G''(ωₖ) gives the arms without iteration: choose
-//! relaxation times τᵢ = ηᵢ/Kᵢ, one or two a decade over 1/ωₖ. With these, both moduli
-//!
-//! G'(ω) = K₀ + Σ Kᵢ (ωτᵢ)²/(1 + (ωτᵢ)²),  G''(ω) = Σ Kᵢ ωτᵢ/(1 + (ωτᵢ)²) + d ω
-//!
-//! are linear in K₀, Kᵢ and d. Solve by least squares, each row divided by the measured modulus.
-//! Leave out an arm whose Kᵢ comes out negative and solve again; then ηᵢ = Kᵢτᵢ. Relaxation times
-//! within a factor of three of each other cannot be told apart by noisy data.
-//!
-//! # Energy and force
-//!
-//! F v − Ẇ = F v_s + p d ż² + p Σ (Kᵢ²/ηᵢ) xᵢ²,  W = ½ p Σ Kᵢ xᵢ²,
-//!
-//! a sum of non-negative terms in every state, because F v_s = p (|v|_ε/μ)(F/p)².
-//!
-//! In any run from rest (all xᵢ = 0) with constant ηᵢ the force stays within the curve,
-//! |F| ≤ p max μ over the velocities met. Proof: the force of the springs S = Σ Kᵢ xᵢ is a
-//! convolution of ż whose inverse is ż = J(0)Ṡ + J'(0)S + ∫J''(t−τ)S(τ)dτ, with the creep
-//! compliance J of the springs, J(0) > 0, J' ≥ 0, J'' ≤ 0. When S is the largest so far, and not
-//! below max μ, the secant law gives ż ≤ 0, and by J(0)Ṡ ≤ ż − J'(t)S ≤ 0 it rises no further.
-//! Finally,
-//! |S| ≤ max μ implies (μ/g)|S + d v| ≤ max μ.
-//!
-//! From a *prepared* state the force can exceed the curve: of two springs stretched against each
-//! other, the one behind a dashpot relaxes.
-//!
-//! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
-//! authors' own viscoelastic bristles are in arXiv 2601.13799.
+//! Why |F| ≤ p max μ in a run from rest: the force of the springs S = Σ Kᵢ xᵢ is a convolution of ż
+//! whose inverse is ż = J(0)Ṡ + J'(0)S + ∫J''(t−τ)S(τ)dτ, with the creep compliance J of the
+//! springs, J(0) > 0, J' ≥ 0, J'' ≤ 0. When S is the largest so far, and not below max μ, the
+//! secant law gives ż ≤ 0, and by J(0)Ṡ ≤ ż − J'(t)S ≤ 0 it rises no further. Finally, |S| ≤ max μ
+//! implies (μ/g)|S + d v| ≤ max μ.
 
 use core::hint::black_box;
 
@@ -59,7 +17,8 @@ use crate::rheology::Rheology;
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
-/// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone or behind a dashpot.
+/// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone (a *static* arm) or behind a
+/// dashpot. Behind one its force relaxes within the time ηᵢ/Kᵢ \[s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -118,7 +77,41 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize> {
     pub micro_damping: T,
 }
 
-/// Springs side by side, each alone or behind a dashpot, and one dashpot beside them all.
+/// Springs side by side, each alone or behind a dashpot, and one dashpot beside them all: for a
+/// bristle with several relaxation times, such as one of measured rubber.
+///
+/// ẋᵢ = ż − (Kᵢ/ηᵢ) xᵢ,  F/p = Σ Kᵢ xᵢ + d ż
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | xᵢ | stretch of the spring of arm i: the state is their vector | m |
+/// | z | deflection of the bristle, common to all arms | m |
+/// | Kᵢ | normalised stiffness of the spring of arm i | 1/m |
+/// | ηᵢ | normalised damping of the dashpot in series with it; none in a static arm | s/m |
+/// | d | normalised damping of the dashpot beside all arms | s/m |
+///
+/// Every passive bristle of linear springs and dashpots is equivalent to one of these. A spring k₁
+/// in a row with a spring k₂ beside a dashpot η is [`GeneralisedMaxwell::zener`] with K₀ = s k₂,
+/// K₁ = s k₁ and the dashpot s² η, s = k₁/(k₁ + k₂).
+///
+/// With a static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
+/// F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)). In any run from rest (all xᵢ = 0) the force stays within the
+/// curve, |F| ≤ p max μ over the velocities met. From a *prepared* state it can exceed the curve:
+/// of two springs stretched against each other, the one behind a dashpot relaxes.
+///
+/// # Arms from measured moduli
+///
+/// A table of storage and loss moduli G'(ωₖ), G''(ωₖ) gives the arms without iteration: choose
+/// relaxation times τᵢ = ηᵢ/Kᵢ, one or two a decade over 1/ωₖ. With these, both moduli
+///
+/// G'(ω) = K₀ + Σ Kᵢ (ωτᵢ)²/(1 + (ωτᵢ)²),  G''(ω) = Σ Kᵢ ωτᵢ/(1 + (ωτᵢ)²) + d ω
+///
+/// are linear in K₀, Kᵢ and d. Solve by least squares, each row divided by the measured modulus.
+/// Leave out an arm whose Kᵢ comes out negative and solve again; then ηᵢ = Kᵢτᵢ. Relaxation times
+/// within a factor of three of each other cannot be told apart by noisy data.
+///
+/// Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
+/// authors' own viscoelastic bristles are in arXiv 2601.13799.
 ///
 /// ```
 /// use bristle::rheology::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology};

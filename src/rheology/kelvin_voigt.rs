@@ -1,14 +1,4 @@
-//! A spring and a dashpot side by side: F/p = σ0 z + σ1 ż. With σ1 = 0 it is a spring alone.
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | σ0 | normalised micro-stiffness | 1/m |
-//! | σ1 | normalised micro-damping | s/m |
-//!
-//! If they shall depend on the velocity, write a [`Rheology`] of your own. A varying σ1 ≥ 0 never
-//! hurts passivity; a varying σ0 can destroy it.
-//!
-//! Source: Romano et al. (arXiv 2602.09429), section III-A.
+//! A spring and a dashpot side by side.
 
 use super::{ElementBounds, Elements};
 use crate::parameter::{Named, ParameterError};
@@ -20,15 +10,23 @@ use crate::{Bounds, Scalar, Sliding};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct KelvinVoigtParameters<T> {
-    /// Normalised micro-stiffness σ0 [1/m], positive.
+    /// Normalised micro-stiffness σ0 [1/m], positive: μ_s over the elastic displacement before
+    /// breakaway.
     #[doc(alias = "sigma0")]
     pub micro_stiffness: T,
-    /// Normalised micro-damping σ1 [s/m], zero or positive.
+    /// Normalised micro-damping σ1 [s/m], zero or positive. It damps a stuck body, with the damping
+    /// ratio ½ σ1 √(p/(σ0 m)) for a mass m, and has no effect in steady sliding.
     #[doc(alias = "sigma1")]
     pub micro_damping: T,
 }
 
-/// A spring and a dashpot side by side, F/p = σ0 z + σ1 ż; with σ1 = 0 a spring alone.
+/// A spring and a dashpot side by side, F/p = σ0 z + σ1 ż; with σ1 = 0 a spring alone. The bristle
+/// of the classical models, and the one to begin with.
+///
+/// If σ0 or σ1 shall depend on the velocity, write a [`Rheology`] of your own. A varying σ1 ≥ 0
+/// never hurts passivity; a varying σ0 can destroy it.
+///
+/// Source: Romano et al. (arXiv 2602.09429), section III-A.
 ///
 /// ```
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};

@@ -1,26 +1,4 @@
-//! A spring and a dashpot in series: F/p = K x = η(ż − ẋ).
-//!
-//! ẋ = ż − (K/η) x,  F/p = K x
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | x | stretch of the spring, the state | m |
-//! | z | deflection of the bristle: spring and dashpot together | m |
-//! | K | normalised stiffness | 1/m |
-//! | η | normalised damping of the dashpot in series | s/m |
-//!
-//! Under a steady force such a bristle creeps. In steady sliding the dashpot is a further
-//! resistance in series with the surface,
-//!
-//! F_ss = p v/(|v|_ε/μ + 1/η),
-//!
-//! below the friction curve. The bounds of a single spring hold: from any state within them,
-//! |x| ≤ max μ/K and |F| ≤ p max μ.
-//!
-//! F v − Ẇ = F v_s + p (K²/η) x²,  W = ½ p K x².
-//!
-//! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
-//! authors' own viscoelastic bristles are in arXiv 2601.13799.
+//! A spring and a dashpot in series.
 
 use super::{ElementBounds, Elements};
 use crate::parameter::{Named, ParameterError};
@@ -32,14 +10,31 @@ use crate::{Bounds, Scalar, Sliding};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MaxwellParameters<T> {
-    /// Normalised stiffness K [1/m], positive.
+    /// Normalised stiffness K [1/m] of the spring, positive.
     pub micro_stiffness: T,
     /// Normalised damping η [s/m] of the dashpot in series, positive.
     #[doc(alias = "eta")]
     pub series_damping: T,
 }
 
-/// A spring and a dashpot in series: a bristle that creeps.
+/// A spring and a dashpot in series: a bristle that creeps, for a body that never quite stands
+/// under a steady force.
+///
+/// ẋ = ż − (K/η) x,  F/p = K x = η (ż − ẋ)
+///
+/// with the stretch x \[m\] of the spring, which is the state, and the deflection z \[m\] of spring
+/// and dashpot together. In steady sliding the dashpot is a further resistance in series with the
+/// surface,
+///
+/// F_ss = p v/(|v|_ε/μ + 1/η),
+///
+/// below the friction curve: under a steady force F < p μ a body creeps at
+/// v = (F/(p η))/(1 − F/(p μ)) [m/s]. The bounds of a single spring hold: from any state within
+/// them, |x| ≤ max μ/K and |F| ≤ p max μ. Where the bristle should relax but hold, take
+/// [`GeneralisedMaxwell::zener`](super::GeneralisedMaxwell::zener).
+///
+/// Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
+/// authors' own viscoelastic bristles are in arXiv 2601.13799.
 ///
 /// ```
 /// use bristle::{Bristle, FrBd, Law, paper};

@@ -1,15 +1,16 @@
-//! The exact step of a relaxing deflection under a held drive, ż = −λz + u.
-//!
-//! With x = λh, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x,
-//!
-//! z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u.
+//! The exact step of a relaxing deflection under a held drive.
 
 use super::HeldWeights;
 use crate::Scalar;
 use crate::scalar::lit;
 
-/// A step of ż = −λz + u with λ and u = r v held: both its end and its mean are linear in the
-/// deflection z at its start and in u.
+/// The exact step, of length h \[s\], of a bristle of one spring, ż = −λz + u with the relaxation
+/// rate λ [1/s] and the drive u = r v [m/s] held. Its methods are those of [`HeldWeights`].
+///
+/// z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u
+///
+/// with x = λh, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x. Made by
+/// [`Affine::weights`](crate::Affine::weights) of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights<T> {
     /// x = λh
@@ -25,7 +26,8 @@ pub struct Weights<T> {
 }
 
 impl<T: Scalar> Weights<T> {
-    /// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits.
+    /// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits, for x \[–\] of
+    /// either sign: for steps of your own.
     #[inline]
     pub fn relaxed(x: T) -> (T, T, T) {
         if x < lit(0.5) && x > lit(-0.5) {
@@ -81,7 +83,8 @@ impl<T: Scalar> Weights<T> {
         Self { exponent, decay, end_by_drive, phi1, mean_by_drive }
     }
 
-    /// λ ∫ z² dt over the step \[m²\], from the deflection's mean and its change Δz: both terms of
+    /// λ ∫ z² dt over the step \[m²\], from the deflection's mean z̄ and its change Δz \[m\]: with
+    /// p K it is the energy that the bristle dissipates by relaxing. Both terms of
     ///
     /// x z̄² + ½ L(x/2) Δz²,  L(y) = coth y − 1/y (Langevin's function)
     ///

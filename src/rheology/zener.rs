@@ -1,22 +1,4 @@
 //! A spring beside a spring with a dashpot: the standard linear solid.
-//!
-//! ż = ẋ₀ = ẋ₁ + (K₁/η) x₁,  F/p = K₀ x₀ + K₁ x₁
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | x₀ = z | stretch of the static spring: the deflection of the bristle | m |
-//! | x₁ | stretch of the spring behind the dashpot | m |
-//! | K₀, K₁ | normalised stiffness of either | 1/m |
-//! | η | normalised damping of the dashpot | s/m |
-//!
-//! Stiff (K₀ + K₁) when it is pulled fast, soft (K₀) when it has had time to relax, and lossy in
-//! between. The state is the vector (x₀, x₁). In steady sliding the second spring has relaxed, and
-//! the first carries the whole curve.
-//!
-//! F v − Ẇ = F v_s + p (K₁²/η) x₁²,  W = ½ p (K₀ x₀² + K₁ x₁²).
-//!
-//! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
-//! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
 use super::{GeneralisedMaxwell, MaxwellArm};
 use crate::Scalar;
@@ -37,7 +19,15 @@ pub struct ZenerParameters<T> {
 }
 
 impl<T: Scalar> GeneralisedMaxwell<T, 2> {
-    /// A spring beside a spring with a dashpot: the standard linear solid.
+    /// A spring beside a spring with a dashpot, the standard linear solid: for rubber and polymers
+    /// with one relaxation time, η/K₁.
+    ///
+    /// ẋ₀ = ż,  ẋ₁ = ż − (K₁/η) x₁,  F/p = K₀ x₀ + K₁ x₁
+    ///
+    /// with the stretches x₀ = z and x₁ \[m\] of the static spring and of the other, which are the
+    /// state. The bristle is stiff (K₀ + K₁) when it is pulled fast, soft (K₀) when it has had time
+    /// to relax, and lossy in between. In steady sliding the second spring has relaxed, and the
+    /// first carries the whole curve.
     ///
     /// ```
     /// use bristle::{Bristle, FrBd, paper};
