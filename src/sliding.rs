@@ -123,7 +123,8 @@ impl<T: Scalar> Sliding<T> {
         Self { velocity, speed, direction }
     }
 
-    /// The opposite velocity, seen from the same branch, to use the odd symmetry of a law.
+    /// The opposite velocity, seen from the same branch: to compare a law for the two directions of
+    /// sliding. On a locked branch the speed is then negative.
     pub fn mirrored(&self) -> Self {
         Self { velocity: -self.velocity, speed: -self.speed, direction: self.direction }
     }

@@ -82,13 +82,14 @@ impl<T: Scalar> Surface<T> {
         self.scale
     }
 
-    /// A friction coefficient \[–\], or its derivative, scaled by s. Free of cost at s = 1.
+    /// A friction coefficient \[–\], or its derivative, scaled by s, for one that comes from no
+    /// [`FrictionCurve`]. At s = 1 it costs a comparison.
     #[inline(always)]
     pub fn apply(&self, coefficient: T) -> T {
         if self.scale == T::one() { coefficient } else { product(coefficient, self.scale) }
     }
 
-    /// s μ(v) \[–\].
+    /// s μ(v) \[–\]: what the surface carries in steady sliding.
     #[inline(always)]
     pub fn friction<C: FrictionCurve<T>>(&self, curve: &C) -> T {
         self.apply(curve.coefficient(self.sliding))
@@ -149,7 +150,7 @@ impl<T: Scalar> Surface<T> {
         at(self.sliding.velocity().abs()).larger(at(T::zero()))
     }
 
-    /// The opposite velocity on the same branch, to use the odd symmetry of a law.
+    /// The opposite velocity on the same branch, see [`Sliding::mirrored`].
     pub fn mirrored(&self) -> Self {
         Self { sliding: self.sliding.mirrored(), scale: self.scale }
     }

@@ -34,6 +34,8 @@ pub struct StribeckParameters<T> {
 ///
 /// μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|
 ///
+/// with the symbols of [`StribeckParameters`].
+///
 /// Source: Romano et al. (arXiv 2602.09429), section II-B, the generalised Coulomb curve with
 /// μ_v = σ2|v|. It is continuously differentiable only for δ > 1 and, with σ2 > 0, away from v = 0.
 ///

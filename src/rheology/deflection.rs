@@ -84,28 +84,31 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     /// The state averaged over the step, under a drive u [m/s].
     fn mean(&self, state: D, drive: D) -> D;
 
-    /// The state averaged over the step, without a drive.
+    /// The state averaged over the step, without a drive: the part of the mean that the state at
+    /// the start has.
     #[inline]
     fn undriven_mean(&self, state: D) -> D {
         self.mean(state, D::fill(T::zero()))
     }
 
-    /// The state averaged over the step, from zero under a drive u [m/s].
+    /// The state averaged over the step, from zero under a drive u [m/s]: the part of the mean that
+    /// the velocity has.
     #[inline]
     fn driven_mean(&self, drive: D) -> D {
         self.mean(D::fill(T::zero()), drive)
     }
 
-    /// Σ kᵢ x̄ᵢ of the state averaged over the step, without a drive, for each of two k.
+    /// Σ kᵢ x̄ᵢ of the state averaged over the step, without a drive, for each of two k: the bias
+    /// of a [companion step](crate::companion).
     #[inline]
     fn undriven_sums(&self, springs: [D; 2], state: D) -> [T; 2] {
         let mean = self.undriven_mean(state);
         springs.map(|springs| springs.inner_product(mean))
     }
 
-    /// Σ kᵢ x̄ᵢ + d of the state averaged over the step, from zero under a drive of one times r:
-    /// what a friction coefficient with the stiffness k and the damping d rises by with the
-    /// velocity.
+    /// Σ kᵢ x̄ᵢ + d of the state averaged over the step, from zero under a drive of one times r: by
+    /// how much a friction coefficient with the stiffness k and the damping d rises with the
+    /// velocity, the damping of a [companion step](crate::companion).
     #[inline]
     fn driven_damping(&self, springs: D, drive: D, damping: T) -> T {
         springs.inner_product(self.driven_mean(drive)) + damping
@@ -160,7 +163,9 @@ impl<T: Scalar> Deflection<T> for T {
     }
 }
 
-/// The matrix diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their rates.
+/// The matrix Λ = diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their
+/// rates, ẋ = −Λx + r v. Read it as λ of a model with such a bristle; [`matrix`](Self::matrix) has
+/// all its entries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiagonalPlusRankOne<D> {
     /// Diagonal: the decay rate of each spring's own stretch.

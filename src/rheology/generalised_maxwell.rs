@@ -62,7 +62,7 @@ impl<T: Scalar> MaxwellArm<T> {
     }
 }
 
-/// Parameters of [`GeneralisedMaxwell`].
+/// Parameters of [`GeneralisedMaxwell`], with its symbols.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

@@ -135,7 +135,7 @@ impl<T: Scalar> ElementBounds<T> {
 /// | bristle | springs | in steady sliding | take it if |
 /// |---|---|---|---|
 /// | [`KelvinVoigt`] | one | on the curve | nothing else is known |
-/// | [`Maxwell`] | one, behind a dashpot | creeps | a held body creeps without end |
+/// | [`Maxwell`] | one, behind a dashpot | creeps | it yields without end |
 /// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve | it relaxes |
 /// | [`GeneralisedMaxwell`] | N, some behind dashpots | either | its moduli are measured |
 ///
@@ -214,10 +214,11 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
     /// stiffness that varies, the one that the energy is to be counted with.
     fn storage_stiffness(&self) -> Self::Deflection;
 
-    /// Ranges of the elements over all velocities.
+    /// Ranges of the elements over all velocities, on which the limits and laws of a model rest.
     fn bounds(&self) -> ElementBounds<T>;
 
-    /// The complex modulus G\* = G' + iG'' [1/m] at rest, at an angular frequency ω ≥ 0 [rad/s]:
+    /// The complex modulus G\* = G' + iG'' [1/m] at rest, at an angular frequency ω ≥ 0 [rad/s], to
+    /// compare a bristle with a measured response:
     ///
     /// G\*(iω) = Σ Kᵢ iω/(aᵢ + iω) + iω d.
     ///
