@@ -4,8 +4,8 @@ use crate::Scalar;
 use crate::scalar::{is_zero, lit};
 
 /// Encloses a zero of a function that has opposite signs at a and b, each given with the value
-/// there. Returns the ends of an interval no longer than `tolerance`, or than rounding allows, first
-/// the one on the side of a; twice the place itself if the function is zero there.
+/// there. Returns the ends of an interval no longer than `tolerance`, or than rounding allows,
+/// first the one on the side of a; twice the place itself if the function is zero there.
 ///
 /// By regula falsi, with the weight of an end that stays for a second time halved (Illinois), and
 /// bisection where that is slow.

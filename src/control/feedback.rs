@@ -20,7 +20,7 @@
 //! | q | size of one encoder count | m |
 //!
 //! At rest Δx is zero, and z and the elastic force do not change. An encoder that flickers by
-//! one count moves z by at most q (r + K|z|/g) ≤ q (1 + max μ/min μ), at any sample time, where a
+//! one count moves z by at most q (r + (λ/s)|z|) ≤ q (1 + max μ/min μ), at any sample time, where a
 //! sign would switch the whole friction: see [`FeedbackCompensator::step_per_count`]. This needs an
 //! exact modulus. A regularised model creeps, and has no such bound.
 //!

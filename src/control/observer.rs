@@ -17,10 +17,11 @@
 //! |---|---|---|
 //! | z, ẑ, z̃ = z − ẑ | deflection, its estimate, the estimate's error | m |
 //! | F̂, F̃ = F − F̂ | estimate of the friction force, its error | N |
-//! | e, ė | tracking error and its rate | m, m/s |
+//! | e, ė, q = ∫e dt | tracking error, its rate, its integral | m, m/s, m s |
 //! | K_p, K_d, K_i | gains of the controller | N/m, N s/m, N/(m s) |
 //! | k | gain of the injection: by velocity –, by position 1/s | |
 //! | α | corner rate of the injection | 1/s |
+//! | y = ė + α e | what is injected by velocity | m/s |
 //! | m | mass | kg |
 //! | λ, r, c₀, c₂, K | coefficients of the model and stiffness of its storage, see [`Affine`] | |
 //! | σ0, σ1, σ2 | micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
