@@ -23,17 +23,16 @@
 //! |---|---|---|---|
 //! | its bristle follows | the reference | the encoder | the encoder, corrected by e |
 //! | each sample needs | v_ref | x | x and x_ref |
-//! | parameters need | – | – | m, K_p, K_d, K_i |
-//! | take it if | e stays small | the encoder is fine | e shall correct the model |
-//! | not if | the axis sticks behind | ε p σ0 > K_p | K_d ≤ α m or K_i ≥ α K_p |
+//! | must be known | – | – | m, K_p, K_d, K_i |
+//! | take it if | the axis follows its reference closely | the encoder has ten counts or more in the elastic displacement μ_s/σ0; under any controller | the controller is a PID, and e shall correct the model |
+//! | not if | the axis sticks, or is pushed aside | ε p σ0 > K_p | K_d ≤ α m or K_i ≥ α K_p |
 //! | models, of one spring | all | all | not elasto-plastic, not implicit |
 //!
 //! *Feed-forward* measures nothing, so that nothing can hunt through it. It reverses its force with
 //! the reference, even if the axis is stuck or still moves the other way.
 //!
-//! *Feedback* is for any controller. The encoder is fine enough if it has ten counts or more in
-//! the elastic displacement μ_s/σ0. A wrong deflection at the start is forgotten once the axis has
-//! slid a few times that far. In the loop it is a negative stiffness ε p σ0.
+//! *Feedback* forgets a wrong deflection at the start once the axis has slid a few times μ_s/σ0. In
+//! the loop it is a negative stiffness ε p σ0.
 //!
 //! *The observer* does the same, and lets e correct the deflection, at a standstill too: it pushes
 //! an axis that is stuck behind its reference. It belongs to a PID controller with the feed-forward

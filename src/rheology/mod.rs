@@ -135,9 +135,9 @@ impl<T: Scalar> ElementBounds<T> {
 /// | bristle | springs | in steady sliding | take it if |
 /// |---|---|---|---|
 /// | [`KelvinVoigt`] | one | on the curve | nothing else is known |
-/// | [`Maxwell`] | one, behind a dashpot | creeps | it yields without end |
-/// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve | it relaxes |
-/// | [`GeneralisedMaxwell`] | N, some behind dashpots | either | its moduli are measured |
+/// | [`Maxwell`] | one, behind a dashpot | creeps | a body under a steady force creeps without end |
+/// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve | a held force relaxes with one time constant, to a part of it that stays |
+/// | [`GeneralisedMaxwell`] | N, some behind dashpots | on the curve, or creeps | storage and loss moduli are measured |
 ///
 /// # Energy
 ///
