@@ -1,38 +1,55 @@
-//! A friction model under a normal force: forces in newtons, energies in joules.
-//!
-//! F = p μ_b,  W = ½ p Σ Kᵢ xᵢ²
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | p | normal force | N |
-//! | μ_b | virtual friction coefficient of the model, [`Bristle::coefficient`] | – |
-//! | Kᵢ, xᵢ | storage stiffness and stretch of the springs of the bristle | 1/m, m |
-//! | F | friction force on the body, positive against v > 0: m v̇ = … − F | N |
-//! | W | energy stored in the bristles | J |
+//! A friction model under a normal force, constant or not.
 
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::Deflection;
 use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 
-/// A friction model M under a normal force: the friction element of a mechanism.
+/// A friction model M under a normal force: the friction element of a mechanism, with forces in
+/// newtons and energies in joules.
+///
+/// F = P μ_b,  W = ½ P Σ Kᵢ xᵢ²
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | F | friction force on the body, positive against v > 0: m v̇ = … − F | N |
+/// | μ_b | virtual friction coefficient of the model, [`Bristle::coefficient`] | – |
+/// | p | normal force | N |
+/// | P | reference load, under which stiffness and damping were measured | N |
+/// | s = p/P | friction scale, by which the load multiplies the friction curve in μ_b | – |
+/// | xᵢ, Kᵢ | stretch of spring i and its stiffness; for a single spring z and σ0 | m, 1/m |
+/// | W | energy stored in the bristles | J |
+///
+/// **If the load is constant, forget P and s:** [`Bristle::under_load`] makes P = p and s = 1.
+///
+/// Where a method takes `impl Into<Surface<T>>`, pass the velocity v: a plain number [m/s], or in
+/// an [`ode::System`](crate::ode::System) the `branch.of(v)` of the solver.
 ///
 /// Velocities may be as large as parameters, 1e100 m/s (`f32`: 1e15). Far beyond, where σ1|v|,
 /// σ0|v|/μ or a regularised |v| overflows, forces and steps are not finite.
 ///
 /// # A normal force that varies
 ///
-/// Stiffness and damping belong to a reference load P, at which they were measured; the load p
-/// scales the friction curve by s = p/P:
+/// Stiffness and damping stay those of the reference load P; the load p scales the friction curve
+/// by s = p/P. For [`FrBd`](crate::FrBd):
 ///
-/// F = P (σ0 z + σ1 ż),  ż = (s μ(v) v − σ0 |v| z)/(σ1 |v| + s μ(v)),  W = ½ P Σ Kᵢ xᵢ²
+/// F = P (σ0 z + σ1 ż),  ż = (s μ(v) v − σ0 |v| z)/(σ1 |v| + s μ(v))
 ///
 /// The stored energy does not depend on p, so that a passive model stays passive for every p(t),
 /// and a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the
-/// load falls below what a stuck bristle carries, the bristle slips back ([`Contact::reload`]).
+/// load falls below what a stuck bristle carries, the bristle slips back.
 ///
-/// A stiffness that follows the load, as that of bristles which enter a rolling contact, is
-/// [`Contact::renew`].
+/// | method | take it if | it returns | it keeps |
+/// |---|---|---|---|
+/// | [`reload`](Contact::reload) | you make steps, and what is held must stand still: the usual case | the deflection that is left, the energy lost | P, and the deflection as far as the surface holds it |
+/// | [`reloaded`](Contact::reloaded) | as `reload`, but many bristles share the contact, and each has a load of its own | the same | the contact as it is; you keep the load |
+/// | [`change_load`](Contact::change_load) | as `reload`, but one load bears on several deflections (a footprint, a patch) | the [`LoadChange`], which you apply to each by [`kept`](LoadChange::kept) or [`kept_by`](LoadChange::kept_by) | P; it sees no deflection |
+/// | [`renew`](Contact::renew) | the stiffness follows the load, since asperities come and go: bristles that enter a rolling contact | the deflection that is left, the energy lost | the force while the load rises, the deflection while it falls; P becomes the new load |
+/// | [`renew_load`](Contact::renew_load) | as `renew`, with several deflections | the [`LoadChange`], which you apply to each by [`renewed`](LoadChange::renewed) | P becomes the new load; it sees no deflection |
+/// | [`response_under`](Contact::response_under) | you make no steps: a `System` of your own has the load p(t) or p(x) | rate and force at one instant | contact and deflection as they are |
+///
+/// A load that is constant, but is not the one under which σ0 was measured, needs none of these:
+/// give the other one once, by [`Contact::measured_at`].
 ///
 /// ```
 /// use bristle::{Bristle, Dahl, DahlParameters};
@@ -57,16 +74,19 @@ pub struct Contact<T, M> {
     scale: T,
 }
 
-/// Deflection rate and friction force at one instant.
+/// Deflection rate and friction force at one instant, from [`Contact::response`]:
+/// F = P (c₀ z + c₂ v), with the reference load P (for a constant load the normal force) and the
+/// coefficients of [`Affine`]. In a mechanism of your own z is a state with the rate ż, and
+/// m v̇ = … − F.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactResponse<T, D = T> {
-    /// Deflection rate ż [m/s].
+    /// Deflection rate ż [m/s]; of several springs, the rates of their stretches xᵢ.
     pub rate: D,
     /// Friction force F \[N\], positive against v > 0.
     pub force: T,
 }
 
-/// A [`ContactResponse`] with its partial derivatives.
+/// A [`ContactResponse`] with its partial derivatives: for the Jacobian of a mechanism of your own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
     /// Deflection rate ż [m/s].
@@ -83,7 +103,7 @@ pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
     pub force_by_velocity: T,
 }
 
-/// The result of an exact step at a held velocity, from [`Contact::hold`].
+/// The result of a step at a held velocity, from [`Contact::hold`].
 #[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldContact<T, D = T> {
@@ -119,8 +139,15 @@ pub struct Reloaded<T, D = T> {
     pub dissipated: T,
 }
 
-/// A change of the normal force from p to p', from [`Contact::change_load`]: where one load bears
-/// on several bristles or axes (a footprint, a patch), each asks it what is left of its deflection.
+/// A change of the normal force from p to p', from [`Contact::change_load`] or
+/// [`Contact::renew_load`], or written down for [`Contact::reloaded`]. Where one load bears on
+/// several deflections (a footprint, a patch), ask it what is left of each:
+///
+/// | method | after | you know |
+/// |---|---|---|
+/// | [`kept_by`](LoadChange::kept_by) | `change_load` | the model and the coefficient K·x \[–\] that its springs carry |
+/// | [`kept`](LoadChange::kept) | `change_load` | what is carried over what is held, as the norm over the axes of a plane |
+/// | [`renewed`](LoadChange::renewed) | `renew_load` | nothing more: all deflections keep the same share |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadChange<T> {
     /// The normal force p before \[N\].
@@ -130,9 +157,9 @@ pub struct LoadChange<T> {
 }
 
 impl<T: Scalar> LoadChange<T> {
-    /// The share that is left of what the bristles carry, given what they carry over what the
-    /// surface holds under the new load: min(1, max(1/`utilisation`, p'/p)); all of it if the load
-    /// rises, nothing without a load.
+    /// The share \[–\] that is left of what the bristles carry, min(1, max(1/γ, p'/p)), where the
+    /// `utilisation` γ \[–\] is what they carry over what the surface holds under the new load. All
+    /// is left if the load rises, nothing without a load. Multiply a single deflection by it.
     #[inline]
     pub fn kept(&self, utilisation: T) -> T {
         let Self { before, after } = *self;
@@ -143,8 +170,10 @@ impl<T: Scalar> LoadChange<T> {
         (T::one() / utilisation).larger(after / before)
     }
 
-    /// The share that is left of K·x \[–\], which the springs of a model have `carried`, on the
-    /// surface after the change: [`LoadChange::kept`] with what the model holds at its speed.
+    /// The share \[–\] that is left of K·x = Σ Kᵢ xᵢ \[–\], which the springs of a model have
+    /// `carried`: [`LoadChange::kept`] with γ = |K·x| over the [`Bristle::holding_coefficient`] of
+    /// the `surface` after the change, that is of the velocity with the scale p'/P
+    /// ([`Surface::scaled`]).
     #[inline]
     pub fn kept_by<M: Bristle<T>>(&self, model: &M, surface: Surface<T>, carried: T) -> T {
         if self.after >= self.before {
@@ -163,8 +192,8 @@ impl<T: Scalar> LoadChange<T> {
         self.kept(carried.abs() / model.holding_coefficient(surface, carried))
     }
 
-    /// By renewal, the share of each deflection that is kept, min(1, p/p'), and the share of the
-    /// stored energy that leaves, |p' − p|/max(p, p').
+    /// By renewal, the share \[–\] of each deflection that is kept, min(1, p/p'), and the share of
+    /// the stored energy that leaves, |p' − p|/max(p, p').
     #[inline]
     pub fn renewed(&self) -> (T, T) {
         let Self { before, after } = *self;
@@ -179,9 +208,9 @@ impl<T: Scalar> LoadChange<T> {
 }
 
 impl<T: Scalar, M> Contact<T, M> {
-    /// A model under a normal force p \[N\], zero or positive, at which its stiffness was measured:
-    /// it is the reference load, too. A contact made under no load needs one before it is loaded,
-    /// by [`Contact::measured_at`].
+    /// A model under a normal force p \[N\], zero or positive, which is also the reference load P:
+    /// the same as [`Bristle::under_load`]. A contact made under no load has no P; give it one by
+    /// [`Contact::measured_at`] before it is loaded.
     ///
     /// # Errors
     ///
@@ -191,8 +220,9 @@ impl<T: Scalar, M> Contact<T, M> {
         Ok(Self { model, reference_load: normal_force, normal_force, scale: T::one() })
     }
 
-    /// The contact whose stiffness and damping [1/m, s/m] belong to another load P \[N\] than its
-    /// normal force p: the bristles keep P σ0 and P σ1, and the friction is p μ(v).
+    /// The contact whose stiffness and damping [1/m, s/m] were measured under another load P \[N\]
+    /// than its normal force p: the bristles have P σ0 [N/m] and P σ1 [N s/m], and the friction is
+    /// p μ(v). Call it once, after [`Bristle::under_load`].
     ///
     /// # Errors
     ///
@@ -232,9 +262,8 @@ impl<T: Scalar, M> Contact<T, M> {
         Contact { model, reference_load, normal_force, scale }
     }
 
-    /// Changes the normal force to p' \[N\], zero or positive, and leaves the deflections to the
-    /// caller, who keeps several under one load ([`LoadChange::kept`]). [`Contact::reload`] does
-    /// both for one.
+    /// Changes the normal force to p' \[N\], zero or positive, and leaves the deflections to you:
+    /// for several under one load, see [`LoadChange`]. [`Contact::reload`] does both for one.
     ///
     /// # Errors
     ///
@@ -253,8 +282,9 @@ impl<T: Scalar, M> Contact<T, M> {
         Ok(LoadChange { before, after })
     }
 
-    /// Changes the normal force by renewal: it becomes the reference load, too, and a deflection
-    /// has to follow ([`LoadChange::renewed`]). [`Contact::renew`] does both.
+    /// Changes the normal force by renewal to p' \[N\], zero or positive, which becomes the
+    /// reference load, too, and leaves the deflections to you ([`LoadChange::renewed`]).
+    /// [`Contact::renew`] does both for one.
     ///
     /// # Errors
     ///
@@ -281,10 +311,10 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// of a deflection, and the energy that is dissipated.
     ///
     /// A deflection that the surface still holds stays as it is. If the load falls below what the
-    /// bristle carries, the bristle slips back: its share of the force that is left is
-    /// min(1, max(s'/γ, s'/s)). Here s = p/P and s' = p'/P are the friction scales, B is the
-    /// largest μ up to the speed of `velocity` [m/s], and γ = |Σ Kᵢ xᵢ|/B the share of it that the
-    /// springs carry. Without a load nothing is left.
+    /// bristle carries, the bristle slips back, and of the force of its springs the share
+    /// min(1, max(s'/γ, s'/s)) is left. Here s = p/P and s' = p'/P are the friction scales,
+    /// γ = |Σ Kᵢ xᵢ|/B, and B \[–\] is the largest μ up to the speed of `velocity` [m/s]. Without a
+    /// load nothing is left.
     ///
     /// For steps under a load that varies, take the load at the middle of each step, and the
     /// velocity that is predicted for it: deflections are then of second order in its length, and
@@ -324,9 +354,23 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(self.reloaded(change, velocity, deflection))
     }
 
-    /// What [`Contact::reload`] returns, of a contact that stays as it is: for a load that the
-    /// caller keeps beside the deflection. Take then the steps of a companion with a [`Surface`]
-    /// under the scale p'/p, where p is the load of this contact.
+    /// As [`Contact::reload`], for a contact that many bristles share and that stays as it is. You
+    /// keep the load of each beside its deflection, and pass it with the velocity: a [`Surface`]
+    /// under the scale load/p, where p is the normal force of this contact.
+    ///
+    /// ```
+    /// use bristle::{Bristle, Dahl, DahlParameters, LoadChange, Surface};
+    ///
+    /// let dahl = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let shared = Dahl::new(dahl)?.under_load(10.0)?; // N
+    /// // One grain of many: its load falls from 10 N to 2 N, which hold 1 N of its 3 N.
+    /// let (velocity, deflection) = (0.0, 3e-5); // m/s, m
+    /// let change = LoadChange { before: 10.0, after: 2.0 };
+    /// let grain = shared.reloaded(change, velocity, deflection);
+    /// let surface = Surface::scaled(velocity, change.after / shared.normal_force());
+    /// assert!((shared.force(surface, grain.deflection) - 1.0_f64).abs() < 1e-15);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
     #[inline]
     pub fn reloaded(
         &self,
@@ -343,13 +387,13 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// Changes the normal force to p' \[N\], zero or positive, by *renewal*: the stiffness follows
-    /// the load, because asperities come into contact unstretched and leave with their energy. Of a
-    /// deflection x' = x min(1, p/p') is left. p' becomes the reference load, too.
+    /// the load, because asperities come into contact unstretched and leave with their energy. What
+    /// is left of a deflection x is x' = x min(1, p/p'). p' becomes the reference load, too.
     ///
     /// This is what happens to bristles that enter a rolling contact. A body that is held creeps
     /// under a load that varies: each rise from p to p' takes the share 1 − p/p' of the deflection.
-    /// For what is held take [`Contact::reload`]. Read the stored x at the load of the last middle
-    /// of a step: at the time t it is x min(1, p/p(t)).
+    /// For what is held take [`Contact::reload`]. In steps, the x that you keep belongs to the load
+    /// p at the middle of the last step; at another time t it is x min(1, p/p(t)).
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};
@@ -378,15 +422,17 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(Reloaded { deflection: deflection * kept, dissipated: lost * stored })
     }
 
-    /// What the model meets at a velocity under this load. A scale of the given surface counts on
-    /// top: wear, temperature.
+    /// The velocity with the friction scale s = p/P of this load: what [`Contact::model`] has to be
+    /// given if you call its methods yourself. The methods of the contact do that for you. A scale
+    /// that you pass is multiplied by s, such as one for wear or temperature.
     #[inline(always)]
     pub fn surface(&self, surface: impl Into<Surface<T>>) -> Surface<T> {
         surface.into().rescaled(self.scale)
     }
 
-    /// The coefficients of the model per reference load, at a velocity under this load. Without a
-    /// load all are zero.
+    /// The coefficients λ, r, c₀, c₂ of the model at a velocity under this load; see [`Affine`] for
+    /// when to take them. Multiply by the reference load: F = P (c₀ z + c₂ v). Without a load all
+    /// are zero.
     #[inline(always)]
     pub fn affine(
         &self,
@@ -412,7 +458,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.response(surface, deflection).force
     }
 
-    /// Rate and force at once.
+    /// Rate and force at once, which costs as much as either.
     #[inline(always)]
     pub fn response(
         &self,
@@ -432,9 +478,10 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// The stiffness is that of the reference load, and the rate of p does not matter. Where the
     /// load has fallen below what a stuck bristle carries, the force is that which the surface
-    /// holds: F = P (c₀ κ z + c₂ v) with κ = min(1, s B/|K·z|), B as in [`Contact::reload`].
-    /// The deflection stays, so the force comes back with the load. `reload` takes it away for
-    /// good, at every length of the step: there a grip that slips in each dip slips farther.
+    /// holds: F = P (c₀ κ z + c₂ v) with κ = min(1, s B/|K·z|), B as in [`Contact::reload`]. The
+    /// deflection stays, so the force comes back with the load. `reload` takes it away for good, so
+    /// that the two differ however short the steps are: with `reload` a grip that slips in each dip
+    /// of its load slips farther.
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};
@@ -476,7 +523,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         }
     }
 
-    /// Rate and force with all their partial derivatives.
+    /// Rate and force at any state with all their partial derivatives, see [`Bristle::linearised`].
     #[inline]
     pub fn linearised(
         &self,
@@ -491,8 +538,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.loaded(self.model.linearised(self.surface(surface), deflection))
     }
 
-    /// Rate and force of steady sliding with all their partial derivatives, see
-    /// [`Bristle::steady_linearised`].
+    /// Rate and force of steady sliding with all their partial derivatives, without cancellation,
+    /// see [`Bristle::steady_linearised`].
     pub fn steady_linearised(
         &self,
         surface: impl Into<Surface<T>>,
@@ -516,7 +563,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         }
     }
 
-    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) s μ(v)/σ0 \[m\].
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) s μ(v)/σ0 \[m\],
+    /// with sgn_ε(v) = v/|v|_ε.
     pub fn stationary(&self, surface: impl Into<Surface<T>>) -> M::Deflection {
         self.model.stationary(self.surface(surface))
     }
@@ -529,7 +577,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.reference_load * self.model.stationary_coefficient(self.surface(surface))
     }
 
-    /// The energy stored in the bristles, W = ½ P Σ Kᵢ xᵢ² \[J\].
+    /// The energy stored in the bristles, W = ½ P Σ Kᵢ xᵢ² \[J\], with the stiffness Kᵢ [1/m]
+    /// ([`Bristle::storage_stiffness`]) and the stretch xᵢ \[m\] of each spring: for a single
+    /// spring ½ P σ0 z². It depends on the reference load P and not on the normal force p.
     pub fn stored_energy(&self, deflection: M::Deflection) -> T {
         let weighted = self.model.storage_stiffness().scaled_by(deflection);
         lit::<T>(0.5) * self.reference_load * weighted.inner_product(deflection)
@@ -556,8 +606,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         }
     }
 
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s] (zero-order hold); NaN for a
-    /// negative length.
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s] (zero-order hold): for a
+    /// velocity that is measured or prescribed, sample by sample. NaN for a negative length.
     ///
     /// If your simulation computes its velocity from this force, use [`Contact::companion`], which
     /// is stable for any step, or keep h below the largest stable step of bristle-analysis

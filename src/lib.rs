@@ -19,10 +19,10 @@
 //! | 5e | in a mechanism to simulate | [`scene`], or your own [`ode::System`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
-//! A normal force that varies: [`Contact::reload`]. Curves, models, signals and methods chosen at
-//! run time: [`curve::AnyCurve`], [`AnyBristle`], [`signal::AnySignal`] and [`ode::AnyMethod`]; the
-//! feature `serde` reads them from files. A curve, bristle or model of your own goes wherever these
-//! go.
+//! A normal force that varies: the table at [`Contact`]. Curves, models, signals and methods chosen
+//! at run time: [`curve::AnyCurve`], [`AnyBristle`], [`signal::AnySignal`] and [`ode::AnyMethod`];
+//! the feature `serde` reads them from files. A curve, bristle or model of your own goes wherever
+//! these go.
 //!
 //! Beside this crate stand others, built on what is public here:
 //!

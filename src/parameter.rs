@@ -31,7 +31,7 @@ pub struct ParameterError {
     pub name: &'static str,
     /// Which component, if the parameter is an array or a vector.
     pub component: Option<usize>,
-    /// The value that was given; of a single one, what its digits say.
+    /// The value that was given, with the decimal digits of its type: 0.1 for an `f32` of 0.1.
     pub value: f64,
     /// The rule the value breaks.
     pub rule: Rule,
@@ -112,7 +112,8 @@ pub enum Rule {
         /// The component before.
         previous: f64,
     },
-    /// A model or method chosen at run time, which must be one of those that this text names.
+    /// Among the choices that some place takes, in words: "a batch takes FrBD or Dahl". The name of
+    /// the error is the choice that was given, and its value is NaN.
     Takes(&'static str),
     /// A number of things with a lower limit.
     Count {
@@ -187,8 +188,8 @@ fn limits<T: Scalar>() -> (f64, f64) {
 }
 
 impl ParameterError {
-    /// The error for a model or method, chosen at run time, that does not fit where it was put.
-    /// `takes` says in words what fits: "an observer takes …".
+    /// The error for a choice (a model, a curve, a method) at a place that takes others. It reads
+    /// "`takes`, not `choice`".
     pub fn chosen(choice: &'static str, takes: &'static str) -> Self {
         Self { name: choice, component: None, value: f64::NAN, rule: Rule::Takes(takes) }
     }

@@ -5,12 +5,11 @@ use crate::scalar::Scalar;
 /// Which smooth branch of |v| to use.
 ///
 /// Every friction law contains |v| and sgn v, which are smooth except at v = 0. A solver that knows
-/// the direction of sliding replaces |v| by +v or −v and gets a smooth field: the branch is
-/// *locked*. Then the speed is allowed to be slightly negative, so that a trial step may overshoot
-/// the reversal before it is cut back to it.
-///
-/// A loop at held velocities never names a branch. A [`System`](crate::ode::System) of your own is
-/// given one for each sliding velocity, and passes it on: `branch.of(velocity)`.
+/// the direction of sliding *locks* the branch: it replaces |v| by +v or −v and gets a smooth
+/// field. The speed on a locked branch may be negative, so that a trial step may overshoot the
+/// reversal before it is cut back to it. You meet a branch in an
+/// [`ode::System`](crate::ode::System), which passes `branch.of(v)` on to its contact; anywhere
+/// else a plain velocity is enough.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branch {
     /// |v| as it is, with its kink at v = 0.
@@ -23,7 +22,7 @@ pub enum Branch {
 }
 
 impl Branch {
-    /// A velocity [m/s] seen from this branch, to give to a model or a contact.
+    /// A velocity v [m/s] seen from this branch: what a system passes on to its contact.
     ///
     /// ```
     /// use bristle::Branch;
@@ -82,8 +81,8 @@ impl Branch {
     }
 }
 
-/// A sliding velocity seen from a [`Branch`]: what curves and regularisations are evaluated at.
-/// Made by [`Branch::of`], or from a plain number, which stands for [`Branch::Free`].
+/// A sliding velocity seen from a [`Branch`]: made by [`Branch::of`], or from a plain number [m/s],
+/// which stands for [`Branch::Free`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sliding<T> {
     velocity: T,

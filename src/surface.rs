@@ -1,24 +1,22 @@
-//! What a friction model meets at one instant.
+//! What a friction model meets at one instant: velocity, branch and friction scale.
 
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Elements, Rheology};
 use crate::{Branch, Scalar, Sliding};
 
-/// What a friction model meets at one instant: the sliding velocity v, and the friction scale s
-/// that the load leaves.
+/// What a friction model meets at one instant: a sliding velocity v [m/s] under a friction scale
+/// s = p/P \[–\].
 ///
-/// A load p that varies scales the friction curve, μ → s μ with s = p/P ≥ 0, and leaves the
-/// stiffness as it was measured, under the reference load P.
+/// **Where a method takes `impl Into<Surface<T>>`, pass the velocity:** a plain number, or a
+/// [`Sliding`] on a locked branch. The scale is then one, and a [`Contact`](crate::Contact) puts in
+/// that of its load. Build a surface only for a scale of your own ([`Surface::scaled`]): of a load
+/// that you keep beside the contact, of wear or of temperature.
 ///
-/// *Calling a model*, give it a velocity: a number or a [`Sliding`] becomes a surface with s = 1,
-/// and a [`Contact`](crate::Contact) puts in the scale of its load.
-/// [`Surface::scaled`] is for a scale of your own, such as wear or temperature.
-///
-/// *Writing a model*, ask the surface for the curve, the regularisation and the springs of the
-/// bristle ([`Surface::friction`] and the others below): what comes back is scaled. The velocity
-/// on its branch is not given out, so that a model that takes its curve past the scale does not
-/// compile.
+/// The scale multiplies the friction curve, μ → s μ, and leaves the stiffness as it was measured,
+/// under the reference load P. A model of your own asks the surface for the values of its curve
+/// ([`Surface::friction`], [`Surface::apply`]) and gets them scaled. The velocity on its branch is
+/// not given out, so that a model that takes its curve past the scale does not compile.
 ///
 /// ```
 /// use bristle::Surface;

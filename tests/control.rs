@@ -165,7 +165,8 @@ fn an_observer_whose_gains_break_the_condition_is_refused_with_number_and_limit(
     }
 }
 
-/// LuGre's numbers and characteristics, but backwards for a factor of c₀ and one of c₂.
+/// LuGre's numbers and characteristics, but backwards for a factor of c₀ and one of c₂; with a
+/// factor of zero it gives no characteristics.
 #[derive(Debug, Clone, Copy)]
 struct Factors<M>(M, f64, f64);
 
@@ -197,7 +198,7 @@ impl<M: Bristle<f64, Deflection = f64>> Bristle<f64> for Factors<M> {
     }
 
     fn characteristics(&self, fastest: f64) -> Option<Characteristics<f64>> {
-        self.0.characteristics(fastest)
+        self.0.characteristics(fastest).filter(|_| self.2 != 0.0)
     }
 }
 
@@ -221,6 +222,14 @@ fn an_observer_of_numbers_that_no_theorem_knows_is_refused() {
     built(1.1, 1.0, velocity, "LuGre's coefficients");
     built(1.0, 1.0, Injection::Position { gain: 1.0 }, "");
     built(1.1, 1.0, Injection::Position { gain: 1.0 }, "c₀ is σ0 − σ1 λ");
+    // Neither σ1 nor a name; and σ1 = 0.
+    let unknown = "(Injection::Velocity does without), not an unnamed model (see Bristle::name)";
+    built(1.0, 0.0, Injection::Position { gain: 1.0 }, unknown);
+    let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 1e4 };
+    let contact = Dahl::new(dahl).unwrap().under_load(1.0).unwrap();
+    let parameters = observer_parameters(contact, Injection::Position { gain: 1.0 }, 1e-3);
+    let refused = refusal(FrictionObserver::new(parameters));
+    assert!(refused.starts_with("micro_damping is 0, but must be positive for Inj"), "{refused}");
 }
 
 #[test]

@@ -172,7 +172,15 @@ impl<T: Scalar> Injection<T> {
             }
             Self::Position { gain } => {
                 Named("gain", gain).positive()?;
-                let damping = Named("micro_damping of Bristle::characteristics", micro_damping);
+                if known.is_none() {
+                    let takes = "Injection::Position takes models that give their σ1 by \
+                                 Bristle::characteristics (Injection::Velocity does without)";
+                    return Err(ParameterError::chosen(model.name(), takes));
+                }
+                let damping = Named("micro_damping", micro_damping);
+                let rule = "be positive for Injection::Position, as its α is σ0/σ1; \
+                            Injection::Velocity does without";
+                damping.stated(micro_damping > T::zero(), rule)?;
                 let corner = stiffness / damping.positive()?;
                 let elastic = |a: Affine<T>| stiffness - micro_damping * a.relaxation;
                 if !fits(model, fastest, |a| [(a.stiffness, elastic(a))]) {

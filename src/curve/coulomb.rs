@@ -17,8 +17,8 @@ pub struct CoulombParameters<T> {
     pub viscous_friction: T,
 }
 
-/// Coulomb friction with a viscous part, μ(v) = μ_d + σ2|v|: for friction that does not fall as
-/// sliding sets in, or of which one number is known.
+/// Coulomb friction with a viscous part, μ(v) = μ_d + σ2|v|: friction that does not fall with the
+/// speed, or of which one number is known. The symbols are those of [`CoulombParameters`].
 ///
 /// ```
 /// use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve};

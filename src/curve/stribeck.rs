@@ -29,15 +29,15 @@ pub struct StribeckParameters<T> {
     pub viscous_friction: T,
 }
 
-/// The Stribeck curve: friction that falls from its static to its dynamic value as sliding sets in,
-/// and rises again with viscosity. Take it unless you know better.
+/// The Stribeck curve, μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|: friction that falls from
+/// its static to its dynamic value as sliding sets in, and rises again with viscosity. Take it
+/// unless you know better.
 ///
-/// μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|
-///
-/// with the symbols of [`StribeckParameters`].
+/// The symbols are those of [`StribeckParameters`]. The curve is continuously differentiable only
+/// for δ > 1 and, with σ2 > 0, away from v = 0.
 ///
 /// Source: Romano et al. (arXiv 2602.09429), section II-B, the generalised Coulomb curve with
-/// μ_v = σ2|v|. It is continuously differentiable only for δ > 1 and, with σ2 > 0, away from v = 0.
+/// μ_v = σ2|v|.
 ///
 /// At exactly v = 0 with δ < 1 the one-sided slope is infinite; the slope reported there is that
 /// of the viscous part alone.
@@ -149,7 +149,8 @@ impl<T: Scalar> Stribeck<T> {
         }
     }
 
-    /// Of any exponent. By itself, or the compiler takes the power of every u and then selects.
+    /// |u|^δ for any exponent. A function of its own: inlined, the compiler takes the power of every
+    /// u and then selects.
     #[inline(never)]
     fn general_power(&self, u: T) -> (T, T) {
         if is_zero(u) {

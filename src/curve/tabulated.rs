@@ -18,13 +18,18 @@ pub struct Knot<T> {
     pub coefficient: T,
 }
 
-/// A friction curve through measured points (sᵢ, μᵢ), by monotone cubic interpolation: for measured
-/// friction that no formula fits.
+/// A friction curve through measured points, by monotone cubic interpolation: for measured friction
+/// that no formula fits. A point that is an outlier makes a bump: smooth noisy measurements before.
 ///
-/// Between two knots it is the cubic whose slopes there are the weighted harmonic mean of the
-/// neighbouring secants, or zero where these change sign. It is therefore continuously
-/// differentiable, monotone between any two knots, and has its extremes at knots. A point that is
-/// an outlier makes a bump: smooth noisy measurements before.
+/// Between the knots (sᵢ, μᵢ) [m/s, –] it is the cubic Hermite interpolant whose slopes are the
+/// weighted harmonic mean of the neighbouring secants, or zero where these change sign. So it is
+/// continuously differentiable, monotone between any two knots, and has its extremes at knots.
+///
+/// Source: F. N. Fritsch, J. Butland, "A method for constructing local monotone piecewise cubic
+/// interpolants", SIAM Journal on Scientific and Statistical Computing 5 (1984), 300–304. The slope
+/// at rest is the three-point one, limited as in C. B. Moler, "Numerical Computing with MATLAB"
+/// (SIAM, 2004), section 3.4; that at the last knot is the slope of the last secant, or zero if it
+/// falls.
 ///
 /// The storage S is an array ([`Tabulated::new`]) or, for a table of unknown length, a `Vec`
 /// (`Tabulated::from_slice`).

@@ -1,31 +1,42 @@
-//! One algebra under all models: at a given velocity each is affine in the deflection.
-//!
-//! ż   = −λ(v) z + r(v) v
-//! μ_b =  c₀(v) z + c₂(v) v
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | λ | relaxation rate | 1/s |
-//! | r | drive | – |
-//! | c₀ | stiffness | 1/m |
-//! | c₂ | damping | s/m |
-//!
-//! Held velocity: with x = λh and φ1(x) = (1 − e⁻ˣ)/x, φ2(x) = (1 − φ1(x))/x,
-//!
-//! z(h) = e⁻ˣ z + φ1 h r v,  mean of z over the step = φ1 z + φ2 h r v,
-//!
-//! exact for every h ≥ 0, and for λ = 0 where z grows as r v t.
+//! The coefficients of a model at one velocity, and their exact step.
 
 use crate::Scalar;
 use crate::rheology::{Deflection, HeldWeights};
 
 /// The four coefficients of a model at one velocity, or their derivatives with respect to it.
+///
+/// All models of this crate are affine in the deflection z \[m\] at a given velocity v [m/s]:
+///
+/// ż   = −λ z + r v
+///
+/// μ_b =  c₀ z + c₂ v
+///
+/// | model | relaxation rate λ [1/s] | drive r \[–\] | stiffness c₀ [1/m] | damping c₂ [s/m] |
+/// |---|---|---|---|---|
+/// | FrBD, g = σ1\|v\|_ε + μ | σ0\|v\|_ε/g | μ/g | σ0 r | σ1 r |
+/// | elasto-plastic, g = ασ1\|v\|_ε + μ | ασ0\|v\|_ε/g | μ/g | σ0 r | σ1 r |
+/// | LuGre | σ0\|v\|_ε/g | 1 | σ0 − σ1 λ | σ1 + σ2 |
+/// | Dahl | σ0\|v\|/μ_d | 1 | σ0 | 0 |
+/// | implicit, with k = \|v_s\|/μ(v_s) | σ0 k r | 1/(1 + σ1 k) | σ0 r | σ1 r |
+///
+/// The table is for a single spring; several have a vector r and c₀ and a matrix λ. Under a
+/// friction scale s read s μ for μ; in LuGre s g, s σ1 and s σ2. The symbols are those of the
+/// models.
+///
+/// The coefficients give the step of length h \[s\] at a held velocity, exact for every h ≥ 0: with
+/// x = λh, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x,
+///
+/// z(h) = e⁻ˣ z + φ1 h r v,  mean of z over the step = φ1 z + φ2 h r v.
+///
+/// Who calls [`Contact::hold`](crate::Contact::hold), `response` or `companion` does not need them.
+/// Take them (from [`Contact::affine`](crate::Contact::affine)) for an observer or a solver of your
+/// own that wants rate and force as linear functions of z, and write them for a model of your own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Affine<T: Scalar, D: Deflection<T> = T> {
-    /// Relaxation rate λ [1/s]; a matrix for a bristle with internal states.
+    /// Relaxation rate λ [1/s]; a matrix for a bristle of several springs.
     #[doc(alias = "lambda")]
     pub relaxation: D::Relaxation,
-    /// Drive r \[–\], of each spring.
+    /// Drive r \[–\], one number for each spring.
     pub drive: D,
     /// Stiffness c₀ [1/m].
     #[doc(alias = "c0")]
@@ -36,7 +47,7 @@ pub struct Affine<T: Scalar, D: Deflection<T> = T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
-    /// Nothing: no rate and no force.
+    /// All four zero, so no rate and no force: the coefficients of a contact without a load.
     pub fn none() -> Self {
         let zero = D::fill(T::zero());
         let relaxation = D::relaxation(zero, zero);
@@ -55,8 +66,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
         self.stiffness.inner_product(deflection) + self.damping * velocity
     }
 
-    /// Dissipated power per unit normal force [m/s], μ_b v − Ẇ/p, for the stored energy
-    /// W/p = ½ Σ Kᵢ xᵢ².
+    /// Dissipated power per unit normal force [m/s], μ_b v − d/dt ½ Σ Kᵢ xᵢ², with the storage
+    /// stiffness Kᵢ [1/m] and the stretches xᵢ \[m\] (for a single spring σ0 and z).
     #[inline]
     pub fn dissipation(&self, storage_stiffness: D, velocity: T, deflection: D) -> T {
         // Multiplied out, so that c₀ − K r, which vanishes for every FrBD model, can cancel first.
@@ -81,10 +92,10 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
         }
     }
 
-    /// The weights with which a step of length h ≥ 0 \[s\] makes the deflection at its end, and
-    /// its mean, of that at the beginning and of the drive r v, with these coefficients frozen
-    /// ([`HeldWeights`](crate::rheology::HeldWeights)): z₁ = e^(−λh) z₀ + h φ1(λh) r v, with
-    /// φ1(x) = (1 − e⁻ˣ)/x.
+    /// The step of length h ≥ 0 \[s\] as a linear map, that is e⁻ˣ, φ1 h and φ2 h
+    /// ([`HeldWeights`](crate::rheology::HeldWeights)). [`Affine::hold`] is enough for one
+    /// deflection at a known velocity. Take the weights if v is still unknown (the step is linear
+    /// in it), if several deflections share them, or for the energy dissipated in the step.
     #[inline]
     pub fn weights(&self, duration: T) -> D::Weights {
         D::weights(self.relaxation, duration)
@@ -92,8 +103,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
 }
 
 impl<T: Scalar> Affine<T> {
-    /// These numbers times a factor. Of derivatives by s, times ds/dv, they are those by v: the
-    /// chain rule.
+    /// These numbers times a factor: the chain rule. If they are derivatives with respect to some
+    /// y(v), then `times(dy/dv)` gives the derivatives with respect to v.
     pub fn times(&self, slope: T) -> Self {
         Self {
             relaxation: self.relaxation * slope,
@@ -111,15 +122,16 @@ pub(super) fn forwards<T: Scalar>(duration: T) -> T {
     if duration >= T::zero() { duration } else { T::nan() }
 }
 
-/// The result of an exact step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold).
+/// The result of a step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold), per unit
+/// normal force. [`HeldContact`](crate::HeldContact) has the force in newtons, F = P μ_b.
 #[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldStep<T, D = T> {
-    /// Deflection at the end of the step \[m\].
+    /// Deflection z(h) at the end of the step \[m\]; of several springs, their stretches xᵢ.
     pub deflection: D,
-    /// Friction coefficient at the end of the step \[–\].
+    /// Virtual friction coefficient μ_b at the end of the step \[–\].
     pub end_coefficient: T,
-    /// Friction coefficient averaged over the step \[–\].
+    /// μ_b averaged over the step \[–\]: it gives the impulse and the work.
     pub mean_coefficient: T,
 }
 

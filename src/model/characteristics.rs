@@ -1,4 +1,4 @@
-//! Parameters and bounds of a model, as its theorems use them.
+//! Parameters and bounds of a model, and the search for the least slope of its curve.
 
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError, Rule};
@@ -6,8 +6,9 @@ use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Bounds, Branch, Scalar};
 
-/// Parameters and bounds of a model, as its theorems use them. From
-/// [`Bristle::characteristics`](crate::Bristle::characteristics).
+/// Parameters and bounds of a model, as its theorems use them: what an audit reads of a model of
+/// any type. From [`Bristle::characteristics`](crate::Bristle::characteristics), which says who
+/// asks for them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Characteristics<T> {
     /// Name of the model.
@@ -44,8 +45,10 @@ pub struct Characteristics<T> {
     /// Whether the bristle yields without end under a steady force, see
     /// [`Elements::creeps`](crate::rheology::Elements::creeps).
     pub creeps: bool,
-    /// A speed, among those of the search for the least slope, at which the friction curve is not
-    /// finite or lies outside its own bounds.
+    /// Why the friction curve is not to be trusted, with value and velocity; `None` if nothing was
+    /// found. The search for the least slope checks at each of its speeds that μ is positive,
+    /// finite and within [`FrictionCurve::bounds`], and that its slope is finite. A curve of your
+    /// own can break that; an audit then returns this error.
     pub curve_fault: Option<ParameterError>,
 }
 

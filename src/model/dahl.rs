@@ -1,12 +1,4 @@
-//! The Dahl model: a friction force that depends on the displacement alone.
-//!
-//! ż = v − (σ0|v|/μ_d) z,  μ_b = σ0 z
-//!
-//! with the symbols of [`FrBd`](crate::FrBd), of which it is the case of a constant curve and an
-//! undamped bristle.
-//!
-//! Source: P. R. Dahl, "A solid friction model", The Aerospace Corporation, report
-//! TOR-0158(3107-18)-1 (1968), with exponent 1.
+//! The Dahl model.
 
 use super::{Affine, Characteristics, Form, Law, Limits, finite};
 use crate::curve::Coulomb;
@@ -27,7 +19,27 @@ pub struct DahlParameters<T> {
     pub micro_stiffness: T,
 }
 
-/// The Dahl model, ż = v − (σ0|v|/μ_d) z, μ_b = σ0 z.
+/// The Dahl model: friction that depends on the displacement alone, whatever its speed.
+///
+/// ż = v − (σ0|v|/μ_d) z,  μ_b = F/p = σ0 z
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | z | bristle deflection, the state | m |
+/// | v | sliding velocity of the body, the input | m/s |
+/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | μ_d | friction coefficient of sliding, at every speed | – |
+/// | σ0 | normalised micro-stiffness | 1/m |
+///
+/// It is [`FrBd`](crate::FrBd) with a constant curve and σ1 = 0. Take it where two parameters are
+/// all you have or want: friction that does not fall with the speed (many rolling guides), and
+/// motions to and fro that go through the whole loop. It leaves out the damping force p σ1 v and
+/// the cause of stick-slip, and its relaxation rate σ0|v|/μ_d [1/s] has no upper limit. For
+/// loops within loops take the crate bristle-memory, for a body held under a force that varies
+/// [`ElastoPlastic`](crate::ElastoPlastic).
+///
+/// Source: P. R. Dahl, "A solid friction model", The Aerospace Corporation, report
+/// TOR-0158(3107-18)-1 (1968), with exponent 1.
 ///
 /// ```
 /// use bristle::{Bristle, Dahl, DahlParameters};

@@ -1,21 +1,4 @@
-//! The elasto-plastic FrBD model: a bristle that is purely elastic below a stick limit.
-//!
-//! ż   = −(ασ0|v|_ε/g) z + (μ/g) v,  g = ασ1|v|_ε + μ(v)
-//! μ_b = (μ/g)(σ0 z + σ1 v)
-//!
-//! with the symbols of [`FrBd`](crate::FrBd) and α(z, v) ∈ [0, 1]: zero up to the stick limit
-//! |z| = z_b and wherever z and v have opposite signs, one from the stationary deflection
-//! z_m = μ(v)/σ0 on, and in between
-//!
-//! α = ½ + ½ sin(π (|z| − (z_m + z_b)/2)/(z_m − z_b)).
-//!
-//! With α = 0 the bristle follows the body (ż = v): load cycles below the stick limit cause no
-//! drift, where FrBD and LuGre creep. In return the four coefficients depend on z, the force for
-//! α < 1 is not bounded by the curve, and α is frozen at the beginning of a step.
-//!
-//! Source: the α of P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic
-//! friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model
-//! of Romano et al. (arXiv 2602.09429), section III-A.
+//! The elasto-plastic FrBD model.
 
 use super::frbd::{Series, inverse_resistance};
 use super::{Affine, Characteristics, FrBd, Law, Limits, Linearised};
@@ -27,7 +10,7 @@ use crate::scalar::is_zero;
 use crate::{Bristle, Scalar, Surface};
 
 /// The elasto-plastic FrBD model of a friction curve C, a [`KelvinVoigt`] bristle R of constant
-/// stiffness and a regularisation E.
+/// stiffness and a regularisation E: below a stick limit z_b \[m\] the bristle is purely elastic.
 ///
 /// With the symbols of [`FrBd`](crate::FrBd) and the virtual friction coefficient μ_b = F/p:
 ///
@@ -35,9 +18,25 @@ use crate::{Bristle, Scalar, Surface};
 ///
 /// μ_b = (μ/g)(σ0 z + σ1 v)
 ///
-/// α(z, v) is 0 up to the stick limit |z| = z_b, and wherever z and v have opposite signs; it is 1
-/// from the stationary deflection μ(v)/σ0 on, and rises smoothly in between. Under a friction scale
-/// s the limit is s z_b. Up to it the bristle is elastic: load cycles cause no drift.
+/// The plasticity α(z, v) \[–\] is 0 up to |z| = z_b and wherever z and v have opposite signs, 1
+/// from the stationary deflection z_m = μ(v)/σ0 \[m\] on, and in between
+///
+/// α = ½ + ½ sin(π (|z| − (z_m + z_b)/2)/(z_m − z_b)).
+///
+/// Under a friction scale s the limit is s z_b.
+///
+/// **Take it where a force that varies below breakaway must not move the body:** a held part, an
+/// axis under vibration, a locked clutch. With α = 0 the bristle follows the body, ż = v, so that
+/// force cycles below p σ0 z_b cause no drift; [`FrBd`](crate::FrBd), LuGre and Dahl creep in each
+/// cycle. It has three prices:
+///
+/// - Its coefficients depend on z ([`Form::Switched`](crate::Form::Switched)): observers, patches
+///   and batches refuse it.
+/// - Its force may exceed p max μ while α < 1.
+/// - A step freezes α at its beginning, which is of first order, and a fast body meets a spring
+///   where it should slide. [`Companion::step_about`](crate::companion::Companion::step_about)
+///   freezes α at a predicted deflection, z + ½ h v for a step of length h, and is of second order:
+///   take it for this model.
 ///
 /// Source: P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction
 /// models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model of Romano
@@ -65,8 +64,10 @@ pub struct ElastoPlastic<C, R, E = Unregularised, T = f64> {
 }
 
 impl<T: Scalar, C: FrictionCurve<T>> ElastoPlastic<C, KelvinVoigt<T>, Unregularised, T> {
-    /// The model with a stick limit z_b \[m\]: positive and below min μ/σ0; up to it the bristle is
-    /// elastic.
+    /// The model with a stick limit z_b \[m\], positive and below min μ/σ0. To measure it, pull
+    /// slowly and let go: p σ0 z_b is the largest force after which the body comes back to where it
+    /// was. Not measured, take half of μ_d/σ0. Near min μ/σ0 it yields sharply, which needs short
+    /// steps.
     ///
     /// # Errors
     ///
@@ -81,13 +82,14 @@ impl<T: Scalar, C: FrictionCurve<T>> ElastoPlastic<C, KelvinVoigt<T>, Unregulari
 }
 
 impl<T: Scalar, C, R, E> ElastoPlastic<C, R, E, T> {
-    /// The model with another regularisation of |v|.
+    /// The model with another regularisation of |v|; when to take one: [`FrBd::regularised`].
     pub fn regularised<F>(self, regularisation: F) -> ElastoPlastic<C, R, F, T> {
         let plastic = self.plastic.regularised(regularisation);
         ElastoPlastic { plastic, stick_limit: self.stick_limit }
     }
 
-    /// The model for a bristle that is plastic throughout, α = 1.
+    /// The [`FrBd`] model of the same curve, bristle and regularisation, which is this one with
+    /// α = 1 throughout. Take it to read these parts, or to compare the two.
     pub fn plastic(&self) -> &FrBd<C, R, E> {
         &self.plastic
     }
@@ -114,7 +116,8 @@ where
     C: FrictionCurve<T>,
     E: Regularisation<T>,
 {
-    /// How plastic the bristle is at a state, α ∈ [0, 1].
+    /// The plasticity α \[–\] at a state: 0 for an elastic bristle, 1 for one that slides as
+    /// FrBD's.
     #[doc(alias = "alpha")]
     pub fn plasticity(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
         let surface = surface.into();

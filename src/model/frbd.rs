@@ -1,24 +1,4 @@
-//! Friction with bristle dynamics: the models that follow from inverting a friction curve.
-//!
-//! ż   = −(σ0|v|_ε/g(v)) z + (μ(v)/g(v)) v,  g(v) = σ1|v|_ε + μ(v)
-//! μ_b = σ0 z + σ1 ż = (μ/g)(σ0 z + σ1 v)
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | z | bristle deflection | m |
-//! | v | sliding velocity of the body | m/s |
-//! | μ | friction curve | – |
-//! | σ0, σ1 | normalised micro-stiffness and micro-damping of the bristle | 1/m, s/m |
-//! | \|v\|_ε | regularised modulus | m/s |
-//!
-//! Physically, the bristle is in series with a dashpot μ(v)/|v|_ε, whatever the bristle is made of.
-//!
-//! On a branch locked to the other direction of sliding g falls with the speed and vanishes at
-//! about |v| = μ/(σ1 + σ2): a pole. A solver's trial step must not come near it. Where g has fallen
-//! to half of its value on the right branch (at a third of that speed), the answer is NaN, and the
-//! solver takes a shorter step.
-//!
-//! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
+//! The FrBD model: its four coefficients and their slopes.
 
 use super::{Affine, Characteristics, Form, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
@@ -30,6 +10,12 @@ use crate::{Bristle, Scalar, Sliding, Surface};
 
 /// An FrBD model (friction with bristle dynamics) of a friction curve C, a bristle R and a
 /// regularisation E.
+///
+/// **Take it by default.** It is passive and its force stays within the curve, whatever the curve
+/// and the velocity, which [`LuGre`](crate::LuGre) does not promise; it has the curve's fall and a
+/// damping, which [`Dahl`](crate::Dahl) has not. It is not for a body that must stand still
+/// under a force that varies below breakaway: there it creeps in each cycle, and
+/// [`ElastoPlastic`](crate::ElastoPlastic) does not.
 ///
 /// For a bristle of one spring σ0 beside a dashpot σ1, with the virtual friction coefficient
 /// μ_b = F/p:
@@ -45,12 +31,13 @@ use crate::{Bristle, Scalar, Sliding, Surface};
 /// | F, p | friction force (positive against v > 0), normal force | N |
 /// | μ(v) | friction curve, viscous part σ2\|v\| included | – |
 /// | σ0, σ1 | normalised micro-stiffness and micro-damping | 1/m, s/m |
-/// | \|v\|_ε | regularised modulus of the velocity | m/s |
+/// | \|v\|_ε | regularised modulus of the velocity, see [`Regularisation`] | m/s |
+/// | sgn_ε(v) = v/\|v\|_ε | regularised sign | – |
 ///
 /// Steady sliding is on the curve: z = sgn_ε(v) μ(v)/σ0 and F = p μ(v) sgn_ε(v). Both equations
-/// follow from the secant law F/p = (μ(v)/|v|_ε)(v − ż), with which any other bristle R is put in
-/// series with the surface. A bristle of several springs has their stretches as its state, see
-/// [`Rheology`].
+/// follow from the secant law F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot
+/// μ/|v|_ε, the surface. So any other bristle R gives a model, too. One of several springs has
+/// their stretches as its state, see [`Rheology`].
 ///
 /// # Laws
 ///
@@ -60,8 +47,13 @@ use crate::{Bristle, Scalar, Sliding, Surface};
 /// p max μ over the velocities met, and the relaxation rate is bounded by σ0/(σ1 + σ2) (if that is
 /// finite, and σ2|0|_ε ≤ μ_d).
 ///
-/// With several springs the force keeps p max μ in every run from rest; the relaxation rates are
-/// bounded by Σ Kᵢ/(d + σ2) plus the fastest decay rate.
+/// With several springs of stiffness Kᵢ [1/m] beside a dashpot d [s/m], the force keeps p max μ in
+/// every run from rest; the relaxation rates are bounded by Σ Kᵢ/(d + σ2) plus the fastest decay
+/// rate aᵢ of a spring [1/s].
+///
+/// On a branch locked to the other direction of sliding g falls with the speed, to zero at about
+/// |v| = μ/(σ1 + σ2). Where it has fallen to half, rate and force are NaN, and a solver whose trial
+/// step has come so far takes a shorter one.
 ///
 /// Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A; Lemmas III.1 and III.2.
 ///
@@ -113,7 +105,9 @@ impl<C, R> FrBd<C, R> {
 }
 
 impl<C, R, E> FrBd<C, R, E> {
-    /// The model with another regularisation of |v|.
+    /// The model with another regularisation of |v|, which makes it smooth at v = 0. Take one if
+    /// your own solver does not locate reversals, or a source gives its ε. The price: nothing
+    /// sticks, see [`Regularisation`]. The solvers of [`ode`](crate::ode) need none.
     pub fn regularised<F>(self, regularisation: F) -> FrBd<C, R, F> {
         FrBd { curve: self.curve, rheology: self.rheology, regularisation }
     }
@@ -382,8 +376,12 @@ where
                     relaxation_rate,
                 }
             } else {
-                // From rest, by complete monotonicity (see `generalised_maxwell`); no box of
-                // stretches is kept.
+                // From rest, |F| ≤ p max μ; no box of stretches is kept. Proof: the force of the
+                // springs S = Σ Kᵢ xᵢ is a convolution of ż, whose inverse is
+                // ż = J(0)Ṡ + J'(0)S + ∫J''(t−τ)S(τ)dτ with their creep compliance J, J(0) > 0,
+                // J' ≥ 0, J'' ≤ 0. When S is the largest so far, and not below max μ, the secant
+                // law gives ż ≤ 0, and by J(0)Ṡ ≤ ż − J'(t)S ≤ 0 it rises no further. And
+                // |S| ≤ max μ implies (μ/g)|S + d v| ≤ max μ.
                 let linear = stiffness.is_constant() && constant_decay;
                 let coefficient = if linear { finite(mu.max) } else { None };
                 Limits { deflection: None, coefficient, relaxation_rate }

@@ -1,63 +1,4 @@
-//! The implicit bristle: its force balance is solved, so that it sticks exactly and does not drift.
-//!
-//! A bristle (spring σ0 beside a dashpot σ1) presses on the sliding surface with its tip, which
-//! slides at v_s = v − ż. It carries what the surface gives at *that* velocity:
-//!
-//! σ0 z + σ1 ż = μ(v_s) sgn(v_s)
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | z | bristle deflection | m |
-//! | v, v_s = v − ż | velocity of the body, sliding velocity of the bristle's tip | m/s |
-//! | e = σ0 z + σ1 v | trial coefficient: what the bristle would carry if it stuck | – |
-//! | μ | friction curve | – |
-//! | σ0, σ1, σ2 | micro-stiffness, micro-damping, viscous friction (a part of μ) | 1/m, s/m, s/m |
-//!
-//! [`FrBd`](crate::FrBd) makes one Newton-like step of this equation. Here it is solved: with
-//! ż = v − v_s it is a scalar equation for v_s,
-//!
-//! Φ(v_s) = e,  Φ(u) = σ1 u + μ(u) sgn u.
-//!
-//! The bristle sticks, v_s = 0 and ż = v, if |e| ≤ μ(0); otherwise the tip
-//! slides in the direction of e. Φ rises, so that there is a single solution, if and only if
-//! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
-//! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded:
-//! several velocities of the tip carry the same load, and the model is refused. A load above the
-//! reference load scales μ, and may fold it, too: see [`Bristle::folding_scale`].
-//!
-//! # The affine form
-//!
-//! FrBD's own coefficients, with the surface taken at v_s in place of v,
-//!
-//! s = |v_s|/μ(v_s),  λ = σ0 s r,  r = 1/(1 + σ1 s),  c₀ = σ0 r,  c₂ = σ1 r,
-//!
-//! give rate and force of this model exactly: r e = μ sgn v_s, and v − ż = s r e = v_s. Sticking
-//! is s = 0. A step with these coefficients frozen is passive, because c₀ = σ0 r, and of first
-//! order, because they depend on z. At a held velocity the tip is followed instead, see
-//! [`ImplicitBristle`].
-//!
-//! # Derivatives
-//!
-//! From Φ(v_s) = σ0 z + σ1 v, with f(u) = μ(u) sgn u and Φ' = σ1 + f':
-//!
-//! ∂ż/∂z = −σ0/Φ',  ∂ż/∂v = f'/Φ',  ∂μ_b/∂z = σ0 f'/Φ',  ∂μ_b/∂v = σ1 f'/Φ'
-//!
-//! and 0, 1, σ0, σ1 where it sticks.
-//!
-//! # Laws
-//!
-//! Passivity: F v − Ẇ = F v_s + p σ1 ż² ≥ 0 for W = ½ p σ0 z², on any branch.
-//!
-//! Bounds: let M be the largest μ up to a speed V ≥ |v|, and |z| ≤ M/σ0. Then |F| ≤ p M. If
-//! |v_s| ≤ V, that is the choice of M; if |v_s| > V, then
-//! |F|/p = |e| − σ1|v_s| ≤ M + σ1 (V − |v_s|). With σ1 > 0, at z = M/σ0 that gives
-//! σ1 (v_s − v) = M − F/p ≥ 0, so ż ≤ 0: the deflection turns back at M/σ0.
-//!
-//! Disturbances decay at σ0/Φ' ≤ σ0/(σ1 + min dμ/d|v|): in the falling part of a curve much faster
-//! than FrBD's.
-//!
-//! Source: the implicit force balance of Romano et al. (arXiv 2602.09429), section II-A, from which
-//! their models follow by one step of linearisation; its solution and laws are derived here.
+//! The implicit bristle: coefficients, derivatives and bounds from the solved force balance.
 
 mod hold;
 mod solve;
@@ -71,11 +12,39 @@ use crate::rheology::{Elements, KelvinVoigt, Rheology};
 use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Scalar, Surface};
 
-/// The bristle with its force balance solved, of a friction curve C:
-/// σ0 z + σ1 ż = μ(v_s) sgn(v_s), v_s = v − ż.
+/// The implicit bristle of a friction curve C: its force balance is solved, so that it sticks
+/// exactly and does not drift.
 ///
-/// [`FrBd`](crate::FrBd) is one step of linearisation away from it. It
-/// sticks exactly and leaves no drift under loads below breakaway.
+/// A bristle (spring σ0 beside a dashpot σ1) presses on the surface with its tip, which slides at
+/// v_s = v − ż. It carries what the surface gives at *that* velocity:
+///
+/// μ_b = F/p = σ0 z + σ1 ż = μ(v_s) sgn(v_s),  that is Φ(v_s) = e with Φ(u) = σ1 u + μ(u) sgn u
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | z | bristle deflection, the state | m |
+/// | v, v_s = v − ż | velocity of the body, sliding velocity of the bristle's tip | m/s |
+/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | e = σ0 z + σ1 v | trial coefficient: what the bristle would carry if it stuck | – |
+/// | μ | friction curve, viscous part σ2\|v\| included | – |
+/// | σ0, σ1 | normalised micro-stiffness and micro-damping | 1/m, s/m |
+///
+/// The bristle sticks, v_s = 0 and ż = v, if |e| ≤ μ(0); otherwise the tip slides in the direction
+/// of e. There is a single solution if and only if σ1 + dμ/d|v| > 0 at every speed, for the
+/// [`Stribeck`](crate::curve::Stribeck) curve with δ = 2 if σ1 + σ2 > 0.858 (μ_s − μ_d)/v_S.
+/// Otherwise several velocities of the tip carry the same load, and the model is refused. A load
+/// above the reference load scales μ, and can bring that about, too: see
+/// [`Bristle::folding_scale`].
+///
+/// Take it to study the bristle equation itself, which [`FrBd`](crate::FrBd) linearises once. For a
+/// body that must not drift [`ElastoPlastic`](crate::ElastoPlastic) is cheaper and takes any curve.
+///
+/// It is passive and its force is bounded: with M the largest μ at the velocities met, |z| ≤ M/σ0
+/// stays so and |F| ≤ p M. Disturbances decay at σ0/(σ1 + dμ/d|v|) [1/s], in the falling part of a
+/// curve much faster than FrBD's.
+///
+/// Source: the implicit force balance of Romano et al. (arXiv 2602.09429), section II-A, from which
+/// their models follow by one step of linearisation; its solution and laws are derived here.
 ///
 /// ```
 /// use bristle::{Bristle, ImplicitBristle, paper};
@@ -100,8 +69,8 @@ use crate::{Branch, Bristle, Scalar, Surface};
 ///
 /// # In a mechanism
 ///
-/// Besides reversals the field has a kink where the tip begins or ceases to stick, which
-/// [`stick_excess`](Self::stick_excess) tells; an adaptive method finds it by rejecting steps.
+/// Besides reversals the field has a kink where the tip begins or ceases to stick, a zero of
+/// [`stick_excess`](Self::stick_excess); an adaptive method finds it by rejecting steps.
 /// There is no kink at v = 0. In the stick-slip rig of the paper, 60 s, it takes 1.4 times the
 /// evaluations of FrBD at a loose tolerance and as many at a tight one:
 ///
@@ -113,9 +82,9 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// | evaluations (FrBD at 1e-4, 1e-8: 15 190, 24 585) | 20 318 | 23 338 | 29 195 | 40 924 |
 /// | evaluations, `Rodas5P` | 4 342 | 8 101 | 16 221 | 35 380 |
 ///
-/// The force of such a run is as far off as its tolerance says: 4e-6, 1e-8 and 4e-10 N at worst
-/// with `DormandPrince8` at 1e-9, 1e-11 and 1e-12, met where the body stops and the force falls by
-/// 56 N/s. The model's own error is below that.
+/// With `DormandPrince8` at tolerances of 1e-9, 1e-11 and 1e-12 the force of such a run is 4e-6,
+/// 1e-8 and 4e-10 N off at worst, where the body stops and the force falls by 56 N/s. The model's
+/// own error is below that.
 ///
 /// [`Contact::companion`](crate::Contact::companion) freezes the coefficients at the beginning of a
 /// step. That is passive and of first order: the position in this rig after 20 s is 9e-4, 5e-4 and
@@ -127,14 +96,14 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// the surface holds, and slides with an error of about 1e-9 of μ/σ0 (2e-6 in `f32`). Two half
 /// steps make a whole one, and the work is what is stored and dissipated, within that error.
 ///
-/// In Table 2 a step evaluates the curve 7 times on average for 10 µs, and 23 times for steps of up
-/// to 1000 s; 1500 is the most. If 288 pieces of a step have not sufficed, the rest of it is done
-/// with the coefficients frozen.
+/// With Table 2 of the paper ([`paper`](crate::paper)) a step evaluates the curve 7 times on
+/// average for 10 µs, and 23 times for steps of up to 1000 s; 1500 is the most. If 288 pieces of a
+/// step have not sufficed, the rest of it is done with the coefficients frozen.
 ///
 /// # Compared with FrBD
 ///
 /// Both slide steadily on the curve. FrBD relaxes slowly where it slides slowly: its rate falls
-/// with v, this one's does not. In Table 2 at 5.5 mm/s the rates are 31.9 and 418 1/s; loops of
+/// with v, this one's does not. With Table 2 at 5.5 mm/s the rates are 31.9 and 418 1/s; loops of
 /// frictional lag at 25 to 100 Hz are 0.20 to 0.21 apart in μ_b; the period of stick-slip is
 /// 7.7558 s against 7.6393 s. At high speed the forces agree up to σ1σ2μ_d/(σ1 + σ2)².
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -203,8 +172,8 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         is_zero(self.tip_velocity(surface, deflection))
     }
 
-    /// |σ0 z + σ1 v| − s μ(0) \[–\]: positive if the tip cannot stick, and a kink of the field at
-    /// zero, for an [`ode::Event`](crate::ode::Event).
+    /// |σ0 z + σ1 v| − s μ(0) \[–\], with the friction scale s: positive if the tip cannot stick. At
+    /// its zero the field has a kink, which an [`ode::Event`](crate::ode::Event) can locate.
     pub fn stick_excess(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
         let surface = surface.into();
         let balance = self.balance(surface.scale());
@@ -222,7 +191,9 @@ struct Balance<'a, C, T> {
 }
 
 impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
-    /// By the compliance s = |v_s|/μ of the surface, which keeps more digits at low speed than g.
+    /// FrBD's coefficients with the surface taken at v_s in place of v, by its compliance
+    /// s = |v_s|/μ(v_s), which keeps more digits at low speed than g: r e = μ sgn v_s, and
+    /// v − ż = s r e = v_s. Sticking is s = 0. Frozen they are passive, because c₀ = σ0 r.
     fn affine_at(&self, tip: &Tip<T>) -> Affine<T> {
         let compliance = tip.surface.speed / tip.surface.mu;
         let (stiffness, damping) = (self.stiffness, self.damping);
@@ -235,7 +206,8 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
         }
     }
 
-    /// 1/Φ' and f'/Φ'.
+    /// 1/Φ' and f'/Φ' with f(u) = μ(u) sgn u. From Φ(v_s) = σ0 z + σ1 v follow ∂ż/∂z = −σ0/Φ',
+    /// ∂ż/∂v = f'/Φ', ∂μ_b/∂z = σ0 f'/Φ', ∂μ_b/∂v = σ1 f'/Φ'; where it sticks 0, 1, σ0, σ1.
     fn shares(&self, tip: &Tip<T>) -> (T, T) {
         if tip.sticks() {
             return (T::zero(), T::one());
@@ -337,6 +309,10 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
         }
     }
 
+    // Let M be the largest μ up to a speed V ≥ |v|, and |z| ≤ M/σ0. If |v_s| ≤ V, then |F| ≤ p M
+    // by the choice of M; else |F|/p = |e| − σ1|v_s| ≤ M + σ1 (V − |v_s|) ≤ M. With σ1 > 0, at
+    // z = M/σ0 that gives σ1 (v_s − v) = M − F/p ≥ 0, so ż ≤ 0. Passivity:
+    // F v − Ẇ = F v_s + p σ1 ż² ≥ 0.
     fn limits(&self, fastest: T) -> Limits<T> {
         Limits::up_to(fastest, |fastest| {
             let mu = self.curve.bounds(fastest).max;

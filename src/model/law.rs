@@ -2,7 +2,14 @@
 
 use core::fmt;
 
-/// A property that holds for every state and velocity, with a reference where it has a name.
+/// A property that holds for every state and velocity, with a reference where it has a name. Ask
+/// [`Bristle::obeys`](crate::Bristle::obeys).
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | P | load at which σ0 was measured; the normal force p, if that is constant | N |
+/// | Kᵢ, xᵢ | stiffness and stretch of spring i; for a single spring σ0 and z | 1/m, m |
+/// | W = ½ P Σ Kᵢ xᵢ² | stored energy | J |
 ///
 /// ```
 /// use bristle::Law;
@@ -18,19 +25,23 @@ pub enum Law {
     /// classical LuGre model (Romano et al., section III-A).
     SteadySliding,
     /// F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot whose coefficient is
-    /// taken at the velocity of the body. It is what makes any passive bristle a passive friction
-    /// model.
+    /// taken at the velocity of the body. It makes any passive bristle a passive friction model.
     Secant,
-    /// F v ≥ Ẇ with W = ½ p σ0 z²: friction never gives more energy than it stored
-    /// (Romano et al., Lemma III.2; for LuGre within its deflection limit, cf. N. Barabanov and
-    /// R. Ortega, "Necessary and sufficient conditions for passivity of the LuGre friction model",
-    /// IEEE Transactions on Automatic Control 45 (2000), 830–832).
+    /// F v ≥ Ẇ: friction never gives more energy than it stored. With several springs W is the sum
+    /// over all of them (Romano et al., Lemma III.2; for LuGre within its deflection limit, cf. N.
+    /// Barabanov and R. Ortega, "Necessary and sufficient conditions for passivity of the LuGre
+    /// friction model", IEEE Transactions on Automatic Control 45 (2000), 830–832).
     Passivity,
-    /// |z(0)| ≤ max μ/σ0 implies |z(t)| ≤ max μ/σ0 (Romano et al., Lemma III.1).
+    /// |z(0)| ≤ max μ/σ0 implies |z(t)| ≤ max μ/σ0 (Romano et al., Lemma III.1). A law of one
+    /// spring: several springs can be stretched against each other, and no such box of stretches
+    /// is kept.
     BoundedDeflection,
-    /// Within the deflection limit |F| ≤ p max μ over the velocities met.
+    /// Within the deflection limit |F| ≤ p max μ over the velocities met. Several springs keep this
+    /// bound in runs from rest only, so they do not obey the law; see
+    /// [`Limits::coefficient`](crate::Limits::coefficient).
     BoundedForce,
-    /// The relaxation rate λ(v) has a limit that no velocity exceeds (for FrBD σ0/(σ1 + σ2)).
+    /// The relaxation rate λ(v) has a limit that no velocity exceeds (for FrBD σ0/(σ1 + σ2)). With
+    /// several springs it is a limit of the largest eigenvalue.
     BoundedRelaxation,
     /// (z, v) → (−z, −v) flips the rate and the force.
     OddSymmetry,

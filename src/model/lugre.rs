@@ -1,14 +1,4 @@
 //! The LuGre model.
-//!
-//! ż   = v − (σ0|v|_ε/g(v)) z
-//! μ_b = σ0 z + σ1 ż + σ2 v
-//!
-//! with the symbols of [`FrBd`](crate::FrBd) and g(v) the friction curve: without its viscous part
-//! in the classical model, where σ2 v stands outside; with it in the variant with the viscous part
-//! inside g, where σ2 v is absent.
-//!
-//! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
-//! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
 use super::affine::forwards;
 use super::frbd::{Series, inverse_resistance};
@@ -37,10 +27,16 @@ use crate::{Bristle, Scalar, Surface};
 /// | σ0, σ1, σ2 | normalised micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
 /// | \|v\|_ε | regularised modulus of the velocity | m/s |
 ///
-/// In the [classical](LuGre::classical) model the viscous part σ2|v| of the curve stands outside g,
-/// as σ2 v. In the variant with the viscous part inside g there is no such term: give
-/// [`LuGre::with_viscous_friction`] the whole curve and σ2 = 0. Steady sliding is
-/// F = p (g(v) sgn_ε(v) + σ2 v).
+/// Steady sliding is F = p (g(v) sgn_ε(v) + σ2 v), with sgn_ε(v) = v/|v|_ε.
+///
+/// Take it where LuGre's own parameters or figures are given. [`FrBd`] with the same curve and
+/// bristle has the same steady sliding and the laws that LuGre lacks.
+///
+/// | constructor | take it if |
+/// |---|---|
+/// | [`LuGre::classical`] | the model is as published: the viscous part σ2\|v\| of the curve is taken out of g and stands outside as σ2 v |
+/// | [`LuGre::with_viscous_friction`] | you state σ2 apart from the curve, which is g as it is; σ2 = 0 and a curve with its viscous part is the variant with that part inside g |
+/// | [`LuGre::of_frbd`] | you have an FrBD model, with its regularisation, and σ2 is checked before: each time a model is built in a loop |
 ///
 /// # Laws
 ///
@@ -81,7 +77,7 @@ pub struct LuGre<C, R, E = Unregularised, T = f64> {
 }
 
 impl<T: Scalar, C: FrictionCurve<T>> LuGre<C, KelvinVoigt<T>, Unregularised, T> {
-    /// The classical model: the viscous part of the curve, if it has one, stands outside g as
+    /// The classical model: the viscous part σ2|v| of the curve, if it has one, stands outside g as
     /// σ2 v.
     pub fn classical(curve: C, rheology: KelvinVoigt<T>) -> Self {
         let inside = curve.without_viscous_friction();
@@ -90,7 +86,8 @@ impl<T: Scalar, C: FrictionCurve<T>> LuGre<C, KelvinVoigt<T>, Unregularised, T> 
         Self { frbd: FrBd::new(inside, rheology), viscous }
     }
 
-    /// The model of a curve g(v), taken as it is, and a viscous friction σ2 [s/m] outside it.
+    /// The model of a curve g(v), taken as it is, and a viscous friction σ2 [s/m] outside it. With
+    /// σ2 = 0 all viscous friction is that of the curve, inside g.
     ///
     /// # Errors
     ///
@@ -106,16 +103,17 @@ impl<T: Scalar, C: FrictionCurve<T>> LuGre<C, KelvinVoigt<T>, Unregularised, T> 
 }
 
 impl<T: Scalar, C, R, E> LuGre<C, R, E, T> {
-    /// The LuGre model with curve, bristle and regularisation of an FrBD model, which gives access
-    /// to any rheology, and a viscous friction σ2 [s/m] outside the curve. It checks nothing: under
-    /// a negative σ2 every force is NaN.
+    /// The LuGre model with curve g, bristle and regularisation of an FrBD model, and a viscous
+    /// friction σ2 [s/m] outside the curve. Nothing is checked, unlike in
+    /// [`LuGre::with_viscous_friction`]: under a negative σ2 every force is NaN. With a bristle
+    /// other than [`KelvinVoigt`] the result is no [`Bristle`].
     #[inline]
     pub fn of_frbd(frbd: FrBd<C, R, E>, viscous_friction: T) -> Self {
         let viscous = if viscous_friction >= T::zero() { viscous_friction } else { T::nan() };
         Self { frbd, viscous }
     }
 
-    /// The model with another regularisation of |v|.
+    /// The model with another regularisation of |v|; when to take one: [`FrBd::regularised`].
     pub fn regularised<F>(self, regularisation: F) -> LuGre<C, R, F, T> {
         LuGre { frbd: self.frbd.regularised(regularisation), viscous: self.viscous }
     }

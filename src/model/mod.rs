@@ -32,17 +32,45 @@ use crate::scalar::{is_zero, lit};
 use crate::{Contact, LoadChange, Scalar, Surface};
 
 /// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
-/// sliding velocity v as input, the virtual friction coefficient μ_b = F/p \[–\] as output.
+/// sliding velocity v [m/s] as input, the virtual friction coefficient μ_b \[–\] as output. The
+/// friction force is p μ_b under a normal force p \[N\]: [`Bristle::under_load`] makes a
+/// [`Contact`], with forces in newtons and energies in joules.
 ///
 /// Every model of this crate is affine in z at a given velocity (see [`Affine`]):
 ///
 /// ż = −λ(v) z + r(v) v,  μ_b = c₀(v) z + c₂(v) v.
 ///
-/// A model of your own writes down four things: these coefficients, their slopes, the deflection of
-/// steady sliding and the stiffness in its stored energy. Contacts, companions, scenes and batches
-/// need no more. What asks for a form, a law or a limit gets a pessimistic answer until you give
-/// one: a patch and an observer ask for [`Form::OfVelocity`], an observer also for the laws
-/// [`Secant`](Law::Secant) and [`Passivity`](Law::Passivity).
+/// The symbols μ, σ0, σ1, σ2 of the methods below are those of [`FrBd`].
+///
+/// | model | take it if |
+/// |---|---|
+/// | [`FrBd`] | no other row applies: passive, force bounded by the curve, one state |
+/// | [`LuGre`] | its parameters or figures are given; it can create energy at high speed |
+/// | [`Dahl`] | only pre-sliding matters, and friction does not fall with the speed |
+/// | [`ElastoPlastic`] | a force that varies below breakaway must not move the body |
+/// | [`ImplicitBristle`] | you study the force balance that FrBD linearises, at several times the cost |
+/// | [`AnyBristle`] | the choice is made at run time |
+///
+/// # Velocity, scale and branch
+///
+/// Where a method takes `impl Into<Surface<T>>`, pass the velocity: a plain number [m/s]. Two
+/// things may come with it:
+///
+/// - A *scale* s \[–\] ([`Surface::scaled`]): the load over the reference load at which the
+///   stiffness was measured. It multiplies the friction curve, μ → s μ, and not the stiffness. A
+///   [`Contact`] sets it; a plain number has s = 1.
+/// - A *locked branch* ([`Branch`](crate::Branch)): a solver that knows the direction of sliding
+///   replaces |v| by +v or −v, which has no kink at v = 0. In a trial step beyond the reversal the
+///   speed is then negative. A plain number is on no locked branch.
+///
+/// # A model of your own
+///
+/// It writes down four things: the coefficients, their slopes, the deflection of steady sliding and
+/// the stiffness in its stored energy. Contacts, companions and scenes need no more. What asks for
+/// a form, a law or a limit gets a pessimistic answer until you give one: a patch, a batch and an
+/// observer ask for [`Form::OfVelocity`], an observer also for the laws [`Secant`](Law::Secant) and
+/// [`Passivity`](Law::Passivity). Each value of a friction curve goes through [`Surface::apply`],
+/// which scales it.
 ///
 /// ```
 /// use bristle::{Affine, Bristle, Form, Law, Surface};
@@ -96,16 +124,12 @@ use crate::{Contact, LoadChange, Scalar, Surface};
 /// assert!((contact.hold(0.5, 0.0, 1.0).end_force - 3.0).abs() < 1e-12);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
-///
-/// The velocity comes as a [`Surface`], with the scale of the friction: a plain number or a
-/// [`Sliding`](crate::Sliding) on a locked branch stand for a scale of one.
-/// [`Bristle::under_load`] adds the normal force, for forces in newtons and energies in joules.
 pub trait Bristle<T: Scalar>: Debug + Clone {
-    /// The state: a scalar, or a vector for a bristle with internal states.
+    /// The state \[m\]: the scalar z, or the vector of the stretches xᵢ of several springs.
     type Deflection: Deflection<T>;
 
-    /// The four coefficients at a velocity. They depend on the deflection only where a model
-    /// switches with it (elasto-plastic) or solves for it (the implicit bristle).
+    /// The four coefficients λ, r, c₀, c₂ at a velocity. They depend on the deflection only in the
+    /// forms [`Form::Switched`] and [`Form::Solved`].
     fn affine(
         &self,
         surface: Surface<T>,
@@ -119,56 +143,67 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         deflection: Self::Deflection,
     ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
 
-    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\]; of
-    /// several springs, their stretches.
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\],
+    /// with sgn_ε(v) = v/|v|_ε (sgn v without a regularisation). A bristle of several springs gives
+    /// the stretch of each.
     fn stationary(&self, surface: impl Into<Surface<T>>) -> Self::Deflection;
 
-    /// The stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
+    /// The stiffness Kᵢ [1/m] of each spring in the stored energy W = ½ P Σ Kᵢ xᵢ², with the
+    /// reference load P \[N\] and the stretches xᵢ \[m\]. For a single spring K = σ0 and x = z.
     fn storage_stiffness(&self) -> Self::Deflection;
 
-    /// The friction scale s = p/P \[–\] from which on several rates fit, if there is one (an
-    /// implicit bristle has one). Steps stay passive there, but the response under such a load is
-    /// NaN, so that a solver stops at once.
+    /// The friction scale s = p/P \[–\] from which on the force balance has several solutions.
+    /// Only an [`ImplicitBristle`] over a falling curve has one: the load scales the curve, and
+    /// where s μ falls by more than σ1 [s/m], several velocities of the tip carry the same force.
+    /// Keep the load below it. From it on steps are still passive, but [`Contact::response_under`]
+    /// is NaN, so that a solver stops.
     fn folding_scale(&self) -> Option<T> {
         None
     }
 
-    /// What the coefficients depend on. What works with some forms only asks this: an observer when
-    /// it is built, a patch in every motion. The default promises nothing.
+    /// What the coefficients depend on, see [`Form`] for who asks. The default promises nothing.
     fn form(&self) -> Form {
         Form::Switched
     }
 
     /// A name for reports and refusals.
     fn name(&self) -> &'static str {
-        "a model that Bristle::name does not name"
+        "an unnamed model (see Bristle::name)"
     }
 
-    /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
+    /// The virtual friction coefficient μ_b \[–\] of steady sliding at a velocity, signed: sgn_ε(v)
+    /// μ(v) for a model that obeys [`Law::SteadySliding`].
     fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
         let surface = surface.into();
         self.coefficient(surface, self.stationary(surface))
     }
 
-    /// Whether this model, with its parameters, obeys a law by one of the theorems cited at
-    /// [`Law`]. A "no" mostly means a counterexample; it may also mean that the theorem's
-    /// conditions are not met, or cannot be told (closures, say), without the law being broken.
+    /// Whether a theorem cited at [`Law`] proves that this model, with its parameters, obeys a law.
+    /// A "no" mostly means that there is a counterexample. It may also mean that the conditions of
+    /// the theorem are not met or not known (of a closure, say).
     fn obeys(&self, law: Law) -> bool {
         let _ = law;
         false
     }
 
-    /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` (which may
-    /// be infinite; without its sign, and nothing is promised for NaN). By default there are none.
+    /// The limits of deflection, force and relaxation rate that the model's theorems give for
+    /// velocities with |v| ≤ |`fastest`| [m/s], which may be infinite. By default, and for NaN,
+    /// there are none.
     fn limits(&self, fastest: T) -> Limits<T> {
         let _ = fastest;
         Limits { deflection: None, coefficient: None, relaxation_rate: None }
     }
 
-    /// The parameters and bounds of the model for speeds up to `fastest` [m/s]. An audit needs
-    /// them; an observer by position takes σ1 from them, and what compensates a viscous term
-    /// outside the bristle takes σ2. `None` for a model that does not expose them (then σ2 counts
-    /// as zero), or a speed that is negative or not finite.
+    /// The parameters σ0, σ1, σ2, μ_s, μ_d of the model and bounds of them, for speeds up to
+    /// `fastest` [m/s]. `None` for a model that does not give them, which is the default, and for a
+    /// speed that is negative or not finite. Without them
+    ///
+    /// - an observer with [`Injection::Position`](crate::control::Injection::Position), which needs
+    ///   σ1, is refused; with `Injection::Velocity` only models with LuGre's coefficients need
+    ///   them;
+    /// - a [`FeedbackCompensator`](crate::control::FeedbackCompensator) takes σ2 as zero, and has
+    ///   no `step_per_count`;
+    /// - an audit of bristle-analysis leaves most of its rows open.
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let _ = fastest;
         None
@@ -192,8 +227,9 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(surface, deflection).coefficient(surface.velocity(), deflection)
     }
 
-    /// Rate and coefficient with all their partial derivatives. By default those of coefficients
-    /// that do not depend on z: a model of another [`Form`] adds ∂λ/∂z and the others.
+    /// Rate and coefficient at any state with all their partial derivatives: for the Jacobian of an
+    /// implicit method, or the poles of a stuck body. By default those of coefficients that do not
+    /// depend on z: a model of another [`Form`] adds ∂λ/∂z and the others.
     #[inline]
     fn linearised(
         &self,
@@ -205,11 +241,12 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         Linearised::new(&affine, &slopes, surface.velocity(), deflection)
     }
 
-    /// Rate and coefficient of steady sliding with all their partial derivatives.
+    /// [`Bristle::linearised`] at the deflection of steady sliding, without its cancellation: for
+    /// the poles and the transfer function of small motions about steady sliding.
     ///
-    /// There ∂ż/∂v = −λ' z + r' v + r is a difference of terms of order one, of which (|v|_ε/g)(μ
-    /// sgn_ε)' is left, and its sign decides whether small motions grow. A model that can write
-    /// that down does; else a difference of a few roundings of its terms counts as zero.
+    /// There ∂ż/∂v = −λ' z + r' v + r is a difference of terms of order one. What is left of it,
+    /// for FrBD (|v|_ε/g)(μ sgn_ε)', is small, and its sign decides whether small motions grow. A
+    /// model that can write that down does; else a difference of a few roundings counts as zero.
     fn steady_linearised(&self, surface: impl Into<Surface<T>>) -> Linearised<T, Self::Deflection> {
         let surface = surface.into();
         let velocity = surface.velocity();
@@ -229,11 +266,11 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         }
     }
 
-    /// The largest friction coefficient \[–\] that the surface holds at speeds up to |v|, in the
-    /// direction of `carried`, the coefficient Σ Kᵢ xᵢ \[–\] that the springs carry now. If they
-    /// carry more after the load has fallen, the bristle slips back
-    /// ([`Contact::reload`](crate::Contact::reload)). By default from the limit of the deflection
-    /// up to that speed; without one, the larger of those of steady sliding at |v| and at rest.
+    /// The largest friction coefficient s B \[–\] that the surface holds: its scale times the
+    /// largest μ at speeds up to |v|, in the direction of `carried`, the coefficient Σ Kᵢ xᵢ \[–\]
+    /// that the springs carry now. Only a change of the load asks for it: a bristle that carries
+    /// more slips back ([`Contact::reload`]). By default it comes from the limit of the deflection
+    /// up to that speed; without one, it is the larger of steady sliding at |v| and at rest.
     fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
         let stiffness = self.storage_stiffness();
         if let Some(most) = self.limits(surface.velocity()).deflection {
@@ -244,9 +281,10 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         })
     }
 
-    /// What is left of a deflection after a `change` of the load, on the surface under the new one,
-    /// see [`Contact::reload`](crate::Contact::reload). By default the tip slips: every stretch
-    /// shifts alike.
+    /// What is left of a deflection after a `change` of the load, on the `surface` under the new
+    /// load. [`Contact::reload`] asks this; call that. A model of your own overrides it only if its
+    /// bristle slips back in another way. By default the tip slips: every stretch shifts by the
+    /// same length.
     #[inline]
     fn held(
         &self,
@@ -265,10 +303,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         }
     }
 
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s].
-    ///
-    /// An elasto-plastic model's α is frozen at the beginning of the step. The implicit bristle's
-    /// tip is followed, see [`ImplicitBristle`](crate::ImplicitBristle).
+    /// The step of length h ≥ 0 \[s\] at a held velocity [m/s], exact for [`Form::OfVelocity`]; see
+    /// [`Form`] for the others and [`Contact::hold`] for when to take it.
     #[inline]
     fn hold(
         &self,
@@ -290,18 +326,32 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     }
 }
 
-/// What the coefficients of a model depend on besides parameters.
+/// What the coefficients λ, r, c₀, c₂ of a model depend on beside its parameters. It decides how
+/// accurate a step is, and who takes the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Form {
-    /// The velocity alone: at a velocity rate and force are affine in the deflection.
+    /// The coefficients depend on the velocity alone: FrBD, LuGre, Dahl. At a held velocity rate
+    /// and force are affine in the deflection, so [`Bristle::hold`] is exact and a companion step
+    /// is of second order. Nothing refuses a model for this form.
     OfVelocity,
-    /// The deflection, too: it switches them, as in an elasto-plastic bristle. A step freezes them.
+    /// The coefficients depend on the deflection, too, which switches them, as the α of
+    /// [`ElastoPlastic`]. A step freezes them at its beginning, so `hold` and
+    /// [`Companion::step`](crate::companion::Companion::step) are of first order;
+    /// [`Companion::step_about`](crate::companion::Companion::step_about) freezes them at a
+    /// predicted deflection and is of second order. Observers, patches and batches refuse the
+    /// model; feed-forward and feedback compensators, contacts and scenes take it.
     Switched,
-    /// The deflection, too: they are solved for, as in the implicit bristle.
+    /// The coefficients are the solution of an equation in the deflection, as in
+    /// [`ImplicitBristle`]. Its `hold` follows the solution through the step; companion steps
+    /// freeze it, as with [`Form::Switched`]. The same things refuse the model.
     Solved,
 }
 
-/// Deflection rate and virtual friction coefficient at one instant, with their partial derivatives.
+/// Deflection rate and virtual friction coefficient at one instant, with their partial derivatives:
+/// small changes are δż = (∂ż/∂z) δz + (∂ż/∂v) δv and δμ_b likewise. [`LinearisedContact`] has the
+/// force in newtons; take that one in a mechanism.
+///
+/// [`LinearisedContact`]: crate::LinearisedContact
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearised<T: Scalar, D: Deflection<T> = T> {
     /// Deflection rate ż [m/s].
@@ -341,13 +391,13 @@ pub struct Limits<T> {
     /// A bristle that starts with |z| ≤ this \[m\] stays there. (An elasto-plastic one whose α is
     /// frozen over a step can overshoot by |v| h; to cut it back only lowers the stored energy.)
     pub deflection: Option<T>,
-    /// Within the deflection limit, |F|/p never exceeds this \[–\]. With
-    /// a bristle of several springs, which has no deflection limit: in every run from rest, all
-    /// stretches zero.
+    /// |F|/p never exceeds this \[–\] while the deflection is within its limit. A bristle of
+    /// several springs has no such limit: there it holds in every run that begins with all
+    /// stretches at zero.
     pub coefficient: Option<T>,
-    /// An upper bound of the relaxation rate λ [1/s]; of several springs, of every eigenvalue. It
-    /// need not be met: FrBD's takes the least μ of the range at its fastest speed, and lies above
-    /// the largest λ where the curve has risen again.
+    /// An upper bound of the relaxation rate λ [1/s]; with several springs λ is a matrix, and this
+    /// bounds its largest eigenvalue. λ may stay well below it: FrBD's bound takes the least μ of
+    /// the range at the fastest speed.
     pub relaxation_rate: Option<T>,
 }
 

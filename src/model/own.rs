@@ -7,7 +7,13 @@ use super::{Affine, Characteristics, Form, HeldStep, Law, Limits, Linearised};
 use crate::{Bristle, LoadChange, Scalar, Surface};
 
 own! {
-    /// A model of one deflection behind a pointer: [`AnyBristle::own`](crate::AnyBristle::own).
+    /// A model of your own, of one deflection, behind a pointer. [`AnyBristle::own`] makes it, and
+    /// you meet its name only where you match on an [`AnyBristle`]: call its methods as those of
+    /// any [`Bristle`]. It is for a choice at run time between your model and those of this crate;
+    /// if the type of your model is known, use that type, which costs no call through a pointer.
+    ///
+    /// [`AnyBristle`]: crate::AnyBristle
+    /// [`AnyBristle::own`]: crate::AnyBristle::own
     OwnModel: [Bristle<T, Deflection = T>] Bristle { type Deflection = T; }
     {
         affine(surface: Surface<T>, deflection: T) -> Affine<T>;

@@ -8,9 +8,9 @@ use crate::{Scalar, Sliding};
 /// The hyperbolic-tangent regularisation, sgn_ε(v) = tanh(v/v_t), |v|_ε = v coth(v/v_t).
 ///
 /// The most common smoothing of Coulomb friction in multibody codes; v_t [m/s] is the velocity at
-/// which 76 % of the friction is reached, and |0|_ε = v_t. See E. Pennestrì, V. Rossi,
-/// P. Salvini, P. P. Valentini, "Review and comparison of dry friction force models", Nonlinear
-/// Dynamics 83 (2016), 1785–1801.
+/// which 76 % of the friction is reached, and |0|_ε = v_t. See E. Pennestrì, V. Rossi, P. Salvini,
+/// P. P. Valentini, "Review and comparison of dry friction force models", Nonlinear Dynamics 83
+/// (2016), 1785–1801.
 ///
 /// ```
 /// use bristle::regularisation::{HyperbolicTangent, Regularisation};

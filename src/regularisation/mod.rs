@@ -1,14 +1,5 @@
 //! Regularisation: smooth stand-ins |v|_ε and sgn_ε(v) for |v| and sgn v.
-//!
-//! | regularisation | \|v\|_ε \[m/s\] | take it if |
-//! |---|---|---|
-//! | [`Unregularised`] | \|v\| | a body shall stand still under a force: by default |
-//! | [`SquareRoot`] | √(v² + ε) | you reproduce results of the paper with ε > 0 |
-//! | [`HyperbolicTangent`] | v coth(v/v_t) | you compare with a multibody code's tanh(v/v_t) |
-//! | [`AnyRegularisation`] | one of these | it is chosen at run time |
-//!
-//! The solvers of this crate need none: they locate each reversal. For a solver that does not know
-//! of the kink at v = 0 a regularisation makes the equations smooth.
+//! Which to take: the table at [`Regularisation`].
 
 mod any;
 mod hyperbolic_tangent;
@@ -24,7 +15,14 @@ pub use unregularised::Unregularised;
 
 use crate::{Scalar, Sliding};
 
-/// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε that goes with it.
+/// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε \[–\] that goes with it.
+///
+/// | regularisation | \|v\|_ε | take it if |
+/// |---|---|---|
+/// | [`Unregularised`] | \|v\| | nothing else is asked for: bodies stick, and the solvers of this crate locate the kink |
+/// | [`SquareRoot`] | √(v² + ε) | a solver of your own needs a smooth field, or a source gives ε |
+/// | [`HyperbolicTangent`] | v coth(v/v_t) | the parameters are those of a multibody code |
+/// | [`AnyRegularisation`] | one of these | it is chosen at run time |
 ///
 /// It enters where the bristle meets the sliding surface: λ = σ0|v|_ε/g, g = σ1|v|_ε + μ (Romano et
 /// al., section II-B). With any regularisation but [`Unregularised`] nothing ever sticks: under a

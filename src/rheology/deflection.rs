@@ -8,20 +8,20 @@ use nalgebra::{SMatrix, SVector};
 use super::{Modes, Weights};
 use crate::Scalar;
 
-/// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
-/// springs. Code that is generic over models uses the operations below; a loop uses the number or
-/// the vector itself. A type of your own is needed only where the relaxation has another structure.
+/// The state of a bristle \[m\]: a scalar for a single deflection z, an `SVector` for the stretches
+/// xᵢ of several springs. A simulation passes it on and needs no method of it; code that is generic
+/// over the number of springs does. Implement it only where the relaxation has another structure.
 ///
-/// The rate of any bristle of this crate is affine in its state, ẋ = −Λx + u. The matrix Λ is
-/// diagonal plus a row repeated in every line: the stretch of each spring follows the common rate
-/// ż, which depends on all of them, and decays on its own.
+/// The rate of any bristle of this crate is affine in its state, ẋ = −Λx + u. The relaxation matrix
+/// Λ [1/s] is diag(aᵢ) plus a row repeated in every line: the stretch of each spring follows the
+/// common rate ż, which depends on all of them, and decays on its own at aᵢ.
 pub trait Deflection<T: Scalar>:
     Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
 {
     /// Number of springs.
     const SPRINGS: usize;
 
-    /// The matrix between a state and its rate [1/s]: a scalar for a scalar.
+    /// The matrix Λ between a state and its rate [1/s]: a scalar λ for a scalar.
     type Relaxation: Copy + Debug + PartialEq + Neg<Output = Self::Relaxation>;
 
     /// The matrix Λ = diag(decay) + 1·rowᵀ, of the decay rates aᵢ [1/s] and of how each stretch
@@ -234,8 +234,8 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     }
 }
 
-/// A deflection as N states of a [`System`](crate::ode::System), one for a scalar: for a system
-/// that is generic over the bristle.
+/// A deflection as N states of a [`System`](crate::ode::System), one for a scalar: for a mechanism
+/// that is generic over the number of springs.
 pub trait States<T: Scalar, const N: usize>: Deflection<T> {
     /// The deflection from its states \[m\].
     fn from_states(states: &SVector<T, N>) -> Self;

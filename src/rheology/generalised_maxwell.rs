@@ -1,11 +1,4 @@
-//! Springs side by side, each alone or behind a dashpot of its own, and one dashpot beside them
-//! all.
-//!
-//! Why |F| ≤ p max μ in a run from rest: the force of the springs S = Σ Kᵢ xᵢ is a convolution of ż
-//! whose inverse is ż = J(0)Ṡ + J'(0)S + ∫J''(t−τ)S(τ)dτ, with the creep compliance J of the
-//! springs, J(0) > 0, J' ≥ 0, J'' ≤ 0. When S is the largest so far, and not below max μ, the
-//! secant law gives ż ≤ 0, and by J(0)Ṡ ≤ ż − J'(t)S ≤ 0 it rises no further. Finally, |S| ≤ max μ
-//! implies (μ/g)|S + d v| ≤ max μ.
+//! Springs side by side, each alone or behind a dashpot, and one dashpot beside them all.
 
 use core::hint::black_box;
 
@@ -77,8 +70,8 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize> {
     pub micro_damping: T,
 }
 
-/// Springs side by side, each alone or behind a dashpot, and one dashpot beside them all: for a
-/// bristle with several relaxation times, such as one of measured rubber.
+/// Springs side by side, each alone or behind a dashpot, and one dashpot beside them all. Take it
+/// for a contact that relaxes at more than one rate, or whose moduli were measured over frequency.
 ///
 /// ẋᵢ = ż − (Kᵢ/ηᵢ) xᵢ,  F/p = Σ Kᵢ xᵢ + d ż
 ///
@@ -86,6 +79,7 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize> {
 /// |---|---|---|
 /// | xᵢ | stretch of the spring of arm i: the state is their vector | m |
 /// | z | deflection of the bristle, common to all arms | m |
+/// | F, p | force of the bristle, normal force | N |
 /// | Kᵢ | normalised stiffness of the spring of arm i | 1/m |
 /// | ηᵢ | normalised damping of the dashpot in series with it; none in a static arm | s/m |
 /// | d | normalised damping of the dashpot beside all arms | s/m |
@@ -96,13 +90,14 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize> {
 ///
 /// With a static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
 /// F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)). In any run from rest (all xᵢ = 0) the force stays within the
-/// curve, |F| ≤ p max μ over the velocities met. From a *prepared* state it can exceed the curve:
-/// of two springs stretched against each other, the one behind a dashpot relaxes.
+/// curve, |F| ≤ p max μ over the velocities met. From a *prepared* state it can exceed it: of two
+/// springs stretched against each other, the one behind a dashpot relaxes.
 ///
 /// # Arms from measured moduli
 ///
-/// A table of storage and loss moduli G'(ωₖ), G''(ωₖ) gives the arms without iteration: choose
-/// relaxation times τᵢ = ηᵢ/Kᵢ, one or two a decade over 1/ωₖ. With these, both moduli
+/// A table of storage and loss moduli G'(ωₖ), G''(ωₖ) [1/m] over angular frequencies ωₖ [rad/s]
+/// gives the arms without iteration: choose relaxation times τᵢ = ηᵢ/Kᵢ \[s\], one or two a decade
+/// over 1/ωₖ. With these, both moduli
 ///
 /// G'(ω) = K₀ + Σ Kᵢ (ωτᵢ)²/(1 + (ωτᵢ)²),  G''(ω) = Σ Kᵢ ωτᵢ/(1 + (ωτᵢ)²) + d ω
 ///

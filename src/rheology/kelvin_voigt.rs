@@ -20,11 +20,19 @@ pub struct KelvinVoigtParameters<T> {
     pub micro_damping: T,
 }
 
-/// A spring and a dashpot side by side, F/p = σ0 z + σ1 ż; with σ1 = 0 a spring alone. The bristle
-/// of the classical models, and the one to begin with.
+/// A spring and a dashpot side by side: the bristle of the paper and of LuGre. Take it unless the
+/// contact creeps or relaxes.
 ///
-/// If σ0 or σ1 shall depend on the velocity, write a [`Rheology`] of your own. A varying σ1 ≥ 0
-/// never hurts passivity; a varying σ0 can destroy it.
+/// F/p = σ0 z + σ1 ż
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | z | deflection, the state | m |
+/// | F, p | force of the bristle, normal force | N |
+/// | σ0, σ1 | normalised micro-stiffness, micro-damping; with σ1 = 0 a spring alone | 1/m, s/m |
+///
+/// If they shall depend on the velocity, write a [`Rheology`] of your own. A varying σ1 ≥ 0 never
+/// hurts passivity; a varying σ0 can destroy it.
 ///
 /// Source: Romano et al. (arXiv 2602.09429), section III-A.
 ///

@@ -17,21 +17,24 @@ pub struct MaxwellParameters<T> {
     pub series_damping: T,
 }
 
-/// A spring and a dashpot in series: a bristle that creeps, for a body that never quite stands
-/// under a steady force.
+/// A spring and a dashpot in series: a bristle that creeps. Take it if the body yields without end
+/// under a steady force; if it yields and then stays, take
+/// [Zener](super::GeneralisedMaxwell::zener).
 ///
 /// ẋ = ż − (K/η) x,  F/p = K x = η (ż − ẋ)
 ///
-/// with the stretch x \[m\] of the spring, which is the state, and the deflection z \[m\] of spring
-/// and dashpot together. In steady sliding the dashpot is a further resistance in series with the
-/// surface,
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | x | stretch of the spring, the state | m |
+/// | z | deflection of the bristle: spring and dashpot together | m |
+/// | F, p | force of the bristle, normal force | N |
+/// | K | normalised stiffness | 1/m |
+/// | η | normalised damping of the dashpot in series | s/m |
 ///
-/// F_ss = p v/(|v|_ε/μ + 1/η),
-///
-/// below the friction curve: under a steady force F < p μ a body creeps at
-/// v = (F/(p η))/(1 − F/(p μ)) [m/s]. The bounds of a single spring hold: from any state within
-/// them, |x| ≤ max μ/K and |F| ≤ p max μ. Where the bristle should relax but hold, take
-/// [`GeneralisedMaxwell::zener`](super::GeneralisedMaxwell::zener).
+/// In steady sliding the dashpot is a further resistance in series with the surface,
+/// F_ss = p v/(|v|_ε/μ + 1/η), below the friction curve: under a steady force F < p μ a body creeps
+/// at v = (F/(p η))/(1 − F/(p μ)) [m/s]. The bounds of a single spring hold: from any state within
+/// them, |x| ≤ max μ/K and |F| ≤ p max μ.
 ///
 /// Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 /// authors' own viscoelastic bristles are in arXiv 2601.13799.

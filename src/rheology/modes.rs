@@ -41,12 +41,11 @@ use crate::scalar::{is_zero, lit};
 /// decades between them, so that this many cannot run out before the root is found.
 const ITERATIONS: usize = 60;
 
-/// The exact step of a bristle of several springs, ẋ = −Λx + u with the matrix Λ [1/s] and the
-/// drive u [m/s] held. Its methods are those of [`HeldWeights`].
+/// The exact step of a bristle of several springs, ẋ = −Λx + u with the matrix
+/// [`DiagonalPlusRankOne`] held: in each mode of Λ it is a scalar that relaxes, and steps by
+/// [`Weights`].
 ///
-/// Λ has real eigenvalues λⱼ ≥ 0: in each of its modes the bristle relaxes like one of a single
-/// spring, by the step of a [`Weights`]. Made by [`Affine::weights`](crate::Affine::weights) of a
-/// model, or by [`Deflection::weights`](super::Deflection::weights).
+/// Made by [`Affine::weights`](crate::Affine::weights); used through [`HeldWeights`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modes<T: Scalar, const N: usize> {
     /// Eigenvalues λⱼ [1/s].

@@ -1,16 +1,16 @@
-//! The exact step of a relaxing deflection under a held drive.
+//! The exact step of one relaxing deflection under a held drive.
 
 use super::HeldWeights;
 use crate::Scalar;
 use crate::scalar::lit;
 
-/// The exact step, of length h \[s\], of a bristle of one spring, ż = −λz + u with the relaxation
-/// rate λ [1/s] and the drive u = r v [m/s] held. Its methods are those of [`HeldWeights`].
+/// The exact step of length h \[s\] of ż = −λz + u, with the relaxation rate λ [1/s] and the drive
+/// u = r v [m/s] held: with x = λh, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x,
 ///
-/// z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u
+/// z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u.
 ///
-/// with x = λh, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x. Made by
-/// [`Affine::weights`](crate::Affine::weights) of a model.
+/// Made by [`Affine::weights`](crate::Affine::weights), which says when to take it; used through
+/// [`HeldWeights`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights<T> {
     /// x = λh

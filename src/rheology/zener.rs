@@ -19,14 +19,19 @@ pub struct ZenerParameters<T> {
 }
 
 impl<T: Scalar> GeneralisedMaxwell<T, 2> {
-    /// A spring beside a spring with a dashpot, the standard linear solid: for rubber and polymers
-    /// with one relaxation time, η/K₁.
+    /// A spring beside a spring with a dashpot: the standard linear solid, stiff (K₀ + K₁) when it
+    /// is pulled fast, soft (K₀) when it has had time to relax, and lossy in between.
     ///
-    /// ẋ₀ = ż,  ẋ₁ = ż − (K₁/η) x₁,  F/p = K₀ x₀ + K₁ x₁
+    /// ż = ẋ₀ = ẋ₁ + (K₁/η) x₁,  F/p = K₀ x₀ + K₁ x₁
     ///
-    /// with the stretches x₀ = z and x₁ \[m\] of the static spring and of the other, which are the
-    /// state. The bristle is stiff (K₀ + K₁) when it is pulled fast, soft (K₀) when it has had time
-    /// to relax, and lossy in between. In steady sliding the second spring has relaxed, and the
+    /// | symbol | meaning | unit |
+    /// |---|---|---|
+    /// | x₀ = z | stretch of the static spring: the deflection of the bristle | m |
+    /// | x₁ | stretch of the spring behind the dashpot | m |
+    /// | K₀, K₁ | normalised stiffness of either | 1/m |
+    /// | η | normalised damping of the dashpot | s/m |
+    ///
+    /// The state is the vector (x₀, x₁). In steady sliding the second spring has relaxed, and the
     /// first carries the whole curve.
     ///
     /// ```

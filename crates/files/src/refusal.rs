@@ -187,8 +187,8 @@ fn parameter<'e, 't: 'e, 'i: 't>(
         })
     };
     let rank = |entry: &Entry| {
-        let (is_list, is_table, given) = match entry.value.get_ref() {
-            DeValue::Array(list) => (true, false, given(entry.value) || list.iter().any(given)),
+        let (is_list, has_parts, given) = match entry.value.get_ref() {
+            DeValue::Array(list) => (true, true, given(entry.value) || list.iter().any(given)),
             other => (false, other.is_table(), given(entry.value)),
         };
         let (named, here) = (entry.key() == name, index.is_some() && entry.index() == index);
@@ -196,7 +196,7 @@ fn parameter<'e, 't: 'e, 'i: 't>(
             false if named && given && here => Some(0),
             true if named && given && here => Some(1),
             false if named && given => Some(2),
-            false if named && (is_list || is_table) => Some(3),
+            false if named && has_parts => Some(3),
             true if here && is_list => Some(4),
             _ => None,
         }

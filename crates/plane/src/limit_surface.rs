@@ -11,6 +11,9 @@
 //! | D(t) = max w·t | dissipated power, over all friction wrenches | W |
 //! | B | matrix of an ellipsoid: wᵀB⁻¹w = 1 on it | N², N² m, N² m² |
 //!
+//! The limit surface of a footprint itself, twist to wrench, and the ellipsoid nearest to it are in
+//! `footprint.rs` ([`Footprint::stationary_wrench`], [`Footprint::limit_ellipsoid`]).
+//!
 //! Of an ellipsoid D = √(tᵀB t), w = B t/D and t ∝ B⁻¹w, in closed form. Of a
 //! [`Footprint`](crate::Footprint) D is a sum over its points, and t is where D is least among all
 //! twists with w·t = 1 W: one minimum, for D is convex.

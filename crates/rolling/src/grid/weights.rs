@@ -78,7 +78,8 @@ fn attempted<T: Scalar, P: Pressure<T>>(
 #[allow(clippy::unwrap_used, reason = "a test panics to fail")]
 mod tests {
     use super::*;
-    use crate::PolynomialExponential;
+    use crate::{FunctionPressure, PolynomialExponential};
+    use bristle::signal::{Polyline, Vertex};
 
     #[test]
     fn the_weights_are_positive_and_carry_the_pressure() {
@@ -95,6 +96,27 @@ mod tests {
                 let steep = PolynomialExponential::exponential(decay).unwrap();
                 check(weights(&steep, cells).unwrap());
             }
+        }
+    }
+
+    #[test]
+    fn a_pressure_with_kinks_within_the_cells_enters_exactly() {
+        // The mean and the first moment of 1 at the edges, 3 at ξ = 0.3 and 0.5 at ξ = 0.41.
+        let points = [(0.0, 1.0), (0.3, 3.0), (0.41, 0.5), (1.0, 1.0)];
+        let vertices = points.map(|(time, value)| Vertex { time, value });
+        let kinked = FunctionPressure::new(Polyline::new(vertices).unwrap()).unwrap();
+        let (mut mean, mut moment) = (0.0, 0.0);
+        for pair in points.windows(2) {
+            let [(a, p), (b, q)] = [pair[0], pair[1]];
+            mean += 0.5 * (b - a) * (p + q);
+            moment += (b - a) * (p * (2.0 * a + b) + q * (a + 2.0 * b)) / 6.0;
+        }
+        for cells in [1, 3, 7, 20] {
+            let weights: Vec<f64> = weights(&kinked, cells).unwrap();
+            let first = |(i, weight): (usize, &f64)| weight * i as f64 / cells as f64;
+            let found = weights.iter().enumerate().map(first).sum::<f64>();
+            assert!((weights.iter().sum::<f64>() - mean).abs() < 1e-14, "{cells}");
+            assert!((found - moment).abs() < 1e-14, "{cells}: {found} {moment}");
         }
     }
 
