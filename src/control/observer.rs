@@ -101,8 +101,8 @@ use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 /// `Position` is the classical injection, to reproduce the literature. There the bristle's own
 /// corner σ0/σ1 is α, which is mostly too high.
 ///
-/// The theorems hold for every k > 0. How large it may be in samples shows a bristle that stands
-/// (λ = 0): in FrBD the estimate then adds to the gains of the controller
+/// The theorems hold for every k > 0. For its size look at a bristle that stands (λ = 0): in FrBD,
+/// with a share of one, the estimate then adds to the gains of the controller
 ///
 /// | | K_p [N/m] | K_d [N s/m] | K_i [N/(m s)] |
 /// |---|---|---|---|
