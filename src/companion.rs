@@ -13,6 +13,19 @@
 //! its own update and solves that for its new velocity, often in closed form; the deflection
 //! follows. There is no iteration, and no step is too long to be stable.
 //!
+//! Take it where the velocity follows from the friction force and you choose the steps: a mechanism
+//! of your own, a rigid-body engine, hardware in the loop. For a velocity that is known beforehand
+//! there are [`Contact::hold`] and [`exponential`](crate::exponential); for steps chosen by an
+//! error tolerance, [`ode`](crate::ode).
+//!
+//! | | call | gives |
+//! |---|---|---|
+//! | once | [`Contact::companion`] | a [`Companion`] |
+//! | each step | [`VelocityHistory::predict`] | v\* |
+//! | | [`Companion::step`] | a [`CompanionStep`]: bias and damping |
+//! | | your equation of motion; of a free mass, [`CompanionStep::point_mass`] | v̄ |
+//! | | [`CompanionStep::commit`] | a [`CompletedStep`]: z₁, F̄ and the energies |
+//!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | h | length of the step | s |
@@ -20,6 +33,8 @@
 //! | v\* | velocity predicted for the middle of the step | m/s |
 //! | z₀, z₁, z̄ | deflection before and after the step, and averaged over it | m |
 //! | x = λh | step in relaxation times; φ1 = (1 − e⁻ˣ)/x, φ2 = (1 − φ1)/x | – |
+//! | p | reference load, which is the normal force if that is constant | N |
+//! | λ, r, c₀, c₂, K | coefficients and storage stiffness, see [`Affine`] | 1/s, –, 1/m, s/m, 1/m |
 //! | F̄ | friction force averaged over the step | N |
 //! | W = ½ p K z² | stored energy | J |
 //! | D | dissipated energy | J |
@@ -131,19 +146,21 @@ pub struct Companion<T, M> {
 }
 
 impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
-    /// The contact.
+    /// The contact, with its model and its present load.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact
     }
 
-    /// The speed [m/s] up to which the deflection is limited.
+    /// The speed [m/s] for which the limit of the deflection was computed, as it was given to
+    /// [`Contact::companion`]. It is no limit of the velocity.
     pub fn fastest(&self) -> T {
         self.fastest
     }
 
     /// Changes the normal force to p' \[N\], zero or positive, before a step: take the load at the
     /// middle of the step, and the velocity [m/s] predicted for it. Returns the deflection to begin
-    /// the step from, and the energy that is dissipated, see [`Contact::reload`].
+    /// the step from, and the energy that is dissipated, see [`Contact::reload`]. It is for what is
+    /// held or slides under a load that varies: a grip, a brake.
     ///
     /// With a model whose step keeps its balance, the mechanism never gets more out of the friction
     /// than it has put in, whatever the load does.
@@ -162,7 +179,8 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         self.contact.reload(normal_force, predicted_velocity, deflection)
     }
 
-    /// Changes the normal force by renewal, before a step, see [`Contact::renew`].
+    /// Changes the normal force by renewal, before a step, see [`Contact::renew`]. It is for
+    /// asperities that come and go with the load, as where material passes through the contact.
     ///
     /// # Errors
     ///
@@ -283,14 +301,15 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
 }
 
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
-    /// Prepares the contact for passive steps inside a mechanism, with the limit of its deflection
-    /// for speeds up to `fastest` [m/s].
+    /// Prepares the contact for passive steps inside a mechanism. `fastest` is the speed [m/s] that
+    /// the mechanism mostly stays below.
     ///
-    /// A mean velocity that differs from the predicted one can take the deflection beyond the limit
-    /// that its theorem gives; a step cuts it back, which only removes energy. The limit is
-    /// computed here, once. `fastest` need not be exact: a step predicted to be faster also allows
-    /// the stationary deflection of its prediction, at the cost of one more evaluation of the
-    /// curve. Zero gives the limit at rest.
+    /// It sets the limit of the deflection, |z| ≤ max μ/σ0 for FrBD with one spring, with the
+    /// largest μ up to that speed ([`Limits::deflection`](crate::Limits::deflection)). A mean
+    /// velocity that differs from the predicted one can take the deflection beyond it; a step cuts
+    /// it back, which only removes energy. The limit is computed here, once. `fastest` need not be
+    /// exact: a step predicted to be faster also allows the stationary deflection of its
+    /// prediction, at the cost of one more evaluation of the curve. Zero gives the limit at rest.
     ///
     /// # Errors
     ///
@@ -301,16 +320,20 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(Companion { contact: self, fastest, limit })
     }
 
-    /// As [`Contact::companion`], with a limit of the deflection \[m\] that was computed before:
-    /// for a contact that is made anew in each step, where asking the model for its limit would
-    /// cost as much as the step. Nothing is checked.
+    /// As [`Contact::companion`], with a `limit` of |z| \[m\] that is known already. Nothing is
+    /// checked.
+    ///
+    /// It is for a contact that is made anew in each step, such as one axis of a contact in a
+    /// plane, where asking the model for its limit would cost as much as the step. Keep that of
+    /// `model.limits(fastest).deflection`: that under the reference load, which each step scales
+    /// with the load. Infinity is no limit.
     #[inline]
     pub fn companion_within(self, fastest: T, limit: T) -> Companion<T, M> {
         Companion { contact: self, fastest, limit }
     }
 }
 
-/// The middle of a step, as predicted, where its coefficients are frozen.
+/// The middle of a step, as predicted, where [`Companion::step_about`] freezes its coefficients.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction<V, D = V> {
     /// Velocity v\* [m/s], or a [`Surface`] with it.
@@ -336,10 +359,16 @@ pub struct PointMass<T> {
     pub end_weight: T,
 }
 
-/// Friction over one step: F̄ = bias + damping·v̄, and what becomes of the deflection once v̄ is
-/// known.
+/// Friction over one step, F̄ = bias + damping·v̄, before the mean velocity v̄ is known.
 ///
-/// Made by [`Companion::step`]; plain numbers, so that a step can be solved, discarded or repeated.
+/// Made by [`Companion::step`]. Put [`bias`](Self::bias) and [`damping`](Self::damping) into the
+/// equation of motion, solve it for v̄, and give that to [`commit`](Self::commit). A step is plain
+/// numbers: it can be solved, discarded or repeated.
+///
+/// [`coefficients`](Self::coefficients), [`weights`](Self::weights),
+/// [`deflection`](Self::deflection) and [`reference_load`](Self::reference_load) are what F̄ and z₁
+/// are made of. A loop does not need them; who differentiates a step by friction parameters does
+/// (`bristle-mechanism`, for gradients).
 #[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
@@ -381,38 +410,42 @@ impl<T: Scalar> Default for CompanionStep<T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
-    /// The coefficients frozen over the step.
+    /// The coefficients λ, r, c₀, c₂ as they are frozen over the step: those at v\* (and z\*),
+    /// under the present load, per reference load.
     #[inline]
     pub fn coefficients(&self) -> &Affine<T, D> {
         &self.affine
     }
 
-    /// The weights of the deflection at the beginning and of the drive in that at the end of the
-    /// step and in its mean, see [`Affine::weights`].
+    /// The frozen step as a linear map: [`HeldWeights::end`] of z₀ and the drive r v̄ is the
+    /// deflection z₁ before it is cut to its limit, [`HeldWeights::mean`] the mean z̄.
     #[inline]
     pub fn weights(&self) -> &D::Weights {
         &self.weights
     }
 
-    /// The deflection z₀ \[m\] at the beginning of the step, after a change of the load.
+    /// The deflection z₀ \[m\] that the step begins from, as it was given to [`Companion::step`]:
+    /// what a change of the load has left.
     #[inline]
     pub fn deflection(&self) -> D {
         self.deflection
     }
 
-    /// The reference load P \[N\], by which coefficients and energies are multiplied.
+    /// The reference load p \[N\]: F̄ = p (c₀ z̄ + c₂ v̄), W = ½ p K z².
     #[inline]
     pub fn reference_load(&self) -> T {
         self.normal_force
     }
 
-    /// Mean friction force \[N\] if the mean velocity is zero.
+    /// Mean friction force \[N\] if the mean velocity is zero: the spring force of the deflection
+    /// z₀ as it relaxes. It goes to the right-hand side of the equation of motion.
     #[inline]
     pub fn bias(&self) -> T {
         self.bias
     }
 
-    /// Increase of the mean friction force with the mean velocity [N s/m], zero or positive.
+    /// Increase of the mean friction force with the mean velocity [N s/m], zero or positive. It is
+    /// added to the damping of the mechanism.
     #[inline]
     pub fn damping(&self) -> T {
         self.damping
@@ -424,7 +457,8 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         self.bias + self.damping * mean_velocity
     }
 
-    /// The mean velocity v̄ [m/s] of a free mass under this friction and known forces:
+    /// The mean velocity v̄ [m/s] of a free mass under this friction and known forces, for a body
+    /// without springs or couplings of its own:
     ///
     /// m (v₁ − v₀) = h (f − bias − damping v̄),  v̄ = v₀ + θ (v₁ − v₀)
     ///
@@ -470,7 +504,8 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     }
 
     /// Whether this step dissipates, D ≥ 0, for every deflection and every mean velocity:
-    /// (c₀ − K r)² ≤ 4 K λ c₂ at the predicted velocity.
+    /// (c₀ − K r)² ≤ 4 K λ c₂ at the predicted velocity. Ask it where the model is LuGre: a `false`
+    /// says that the friction may feed energy into the mechanism.
     ///
     /// It does for FrBD with a bristle of constant stiffness, Dahl and elasto-plastic FrBD. LuGre's
     /// may not at high speed, nor FrBD's with a stiffness that varies. Of several springs with a
@@ -519,8 +554,16 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     }
 }
 
-/// The result of a step: work = stored + dissipated, up to 16 ε times the terms that these energies
-/// are sums of, where ε is the rounding of the scalar type.
+/// What the friction did over one step, once the mechanism had found its mean velocity: the new
+/// deflection, the mean force and the energies. From [`CompanionStep::commit`].
+///
+/// Carry the deflection to the next step. The energies are for a balance of the whole mechanism:
+/// work = stored + dissipated.
+///
+/// # Rounding
+///
+/// The balance holds up to 16 ε times the terms that these energies are sums of, where ε is the
+/// rounding of the scalar type.
 ///
 /// For models with c₀ = K r the terms are |work| + W₀ + W₁. A step that moves the bristle by less
 /// than ε z stores nothing, whatever the work: of the work alone the error of short steps has no
@@ -547,8 +590,8 @@ pub struct CompletedStep<T, D = T, F = T> {
     pub dissipated: T,
 }
 
-/// The last two velocities of a mechanism with steps of equal length. It extrapolates the velocity
-/// at the middle of the next step,
+/// Predicts the velocity v\* for [`Companion::step`] from the last two velocities of a mechanism
+/// with steps of equal length: the extrapolation to the middle of the next step,
 ///
 /// v\* = 1.5 vₙ − 0.5 vₙ₋₁,  but v\* = vₙ after a step in which the velocity changed its sign.
 ///

@@ -1,11 +1,12 @@
-//! One error for all.
+//! One error into which the others convert.
 
 use crate::number::{Number, decimal};
 use crate::ode::{Failure, StopReason};
 use crate::parameter::ParameterError;
 use crate::scalar::Scalar;
 
-/// Any error of this crate: each of them converts into it by `?`.
+/// Any error of this crate: each of them converts into it by `?`. For a function that both builds
+/// models and integrates; one that only builds returns a [`ParameterError`].
 ///
 /// ```
 /// use bristle::ode::{self, Output};
@@ -26,10 +27,11 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A parameter is out of its range.
+    /// A parameter was refused, before anything ran.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// An integration ended before its time.
+    /// An integration ended before its time. Its state and its trajectory so far are in the
+    /// [`Failure`] that it returned, and are dropped here.
     #[error("integration stopped at t = {} s: {reason}", Number(*time))]
     Integration {
         /// The last time reached \[s\].

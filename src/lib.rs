@@ -71,7 +71,7 @@
 //! normal force carry the field's symbols σ0 [1/m], σ1 [s/m], σ2 [s/m] as search aliases. Angles,
 //! torques and inertias serve as well as positions, forces and masses, with the units of σ0 … v_S
 //! to match: for a joint take p = 1, μ in N m, σ0 in N m/rad, σ1 and σ2 in N m s/rad, v_S in rad/s.
-//! Told [`Units::Rotation`], audits and the reports of bristle-fidelity print rad and N m.
+//! With [`Units::Rotation`], audits and the reports of bristle-fidelity print rad and N m.
 //!
 //! Parameters are checked once, when a value is built. Afterwards a model does not fail; a run can
 //! fail, and says why. Nothing panics. NaN given to a model at run time comes out as NaN; an

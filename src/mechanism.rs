@@ -5,8 +5,8 @@ use crate::scalar::Scalar;
 
 /// A mass with a spring and a damper, without its friction: what a contact holds or brakes.
 ///
-/// m ẍ + c ẋ + k x = other forces. Moments of inertia, angles and torques serve as well.
-/// A spring stiffness of zero is no spring, a damping of zero no damper.
+/// m ẍ + c ẋ + k x = other forces, with the position x \[m\]. Moments of inertia, angles and
+/// torques serve as well. A spring stiffness of zero is no spring, a damping of zero no damper.
 ///
 /// [`MassSpringDamper`](crate::scene::MassSpringDamper) simulates it under friction; the crate
 /// bristle-analysis analyses it.

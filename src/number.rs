@@ -6,7 +6,8 @@ use nalgebra::ComplexField;
 
 use crate::scalar::{Scalar, to_f64};
 
-/// Text of at most `N` bytes on the stack; what does not fit is cut off.
+/// Text of at most `N` bytes on the stack, to write a number or an error to where nothing
+/// allocates; what does not fit is cut off.
 #[derive(Debug, Clone)]
 pub struct Text<const N: usize> {
     bytes: [u8; N],

@@ -1,4 +1,5 @@
-//! The gate: every parameter of the crate is checked here, once, when a value is built.
+//! The gate: every parameter of the crate is checked here, once, when a value is built. A refusal
+//! is a [`ParameterError`]; [`Named`] is for parameters of your own curve, bristle or model.
 //!
 //! A check asks "is it finite and inside?", never "is it outside?": NaN answers no to both.
 //! Positive parameters must also keep their reciprocals and a few products finite, so magnitudes
@@ -62,7 +63,8 @@ impl fmt::Debug for ParameterError {
     }
 }
 
-/// What a parameter must satisfy.
+/// What a parameter must satisfy. For a program that acts on the reason of a refusal; a reader has
+/// the sentence of the [`ParameterError`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Rule {
@@ -113,12 +115,12 @@ pub enum Rule {
     /// Among the choices that some place takes, in words: "a batch takes FrBD or Dahl". The name of
     /// the error is the choice that was given, and its value is NaN.
     Takes(&'static str),
-    /// A count of at least so many.
+    /// A number of things with a lower limit.
     Count {
         /// Smallest admissible count.
         least: usize,
     },
-    /// A count within limits.
+    /// A number of things within limits.
     CountBetween {
         /// Smallest admissible count.
         least: usize,
@@ -192,13 +194,14 @@ impl ParameterError {
         Self { name: choice, component: None, value: f64::NAN, rule: Rule::Takes(takes) }
     }
 
-    /// Names the component of an array that a check refused.
+    /// The result of a check with the component of an array that it was made for.
     pub fn of_component<V>(index: usize, checked: Result<V, Self>) -> Result<V, Self> {
         checked.map_err(|error| Self { component: Some(index), ..error })
     }
 }
 
-/// A value before the gate, with its name in the struct or function that took it.
+/// A value before the gate, with its name in the struct or function that took it: to check the
+/// parameters of a type of your own as this crate does.
 ///
 /// Each check returns the value, or the error that names the parameter and the rule.
 ///
@@ -213,22 +216,22 @@ impl ParameterError {
 pub struct Named<T>(pub &'static str, pub T);
 
 impl<T: Scalar> Named<T> {
-    /// The smallest admissible magnitude.
+    /// The smallest admissible magnitude of a positive parameter: 10⁻¹⁰⁰, of an `f32` 10⁻¹⁸.
     pub fn smallest() -> T {
         lit(limits::<T>().0)
     }
 
-    /// The error for a value that breaks a rule.
+    /// The error for this value, which breaks a rule.
     pub fn refused(self, rule: Rule) -> ParameterError {
         ParameterError { name: self.0, component: None, value: decimal(self.1), rule }
     }
 
-    /// What passes; what does not is refused by a rule.
+    /// The value if it passes, else the error with the rule that it breaks.
     pub fn check(self, passes: bool, rule: Rule) -> Result<T, ParameterError> {
         if passes { Ok(self.1) } else { Err(self.refused(rule)) }
     }
 
-    /// A rule of one construction: the value must …
+    /// As [`Named::check`], with a rule in words, which go on from "must": "be even".
     pub fn stated(self, passes: bool, rule: &'static str) -> Result<T, ParameterError> {
         self.check(passes, Rule::Stated(rule))
     }

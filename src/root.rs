@@ -1,11 +1,11 @@
-//! The place of a sign change.
+//! The place of a sign change: of an event within a step, or of an equation of your own.
 
 use crate::Scalar;
 use crate::scalar::{is_zero, lit};
 
-/// The two ends of an interval no longer than a tolerance, or than rounding allows, in which a
-/// function passes zero that has opposite signs at a and b: first the one on the side of a. Twice
-/// the place itself if the function is zero there.
+/// Encloses a zero of a function that has opposite signs at a and b, each given with the value
+/// there. Returns the ends of an interval no longer than `tolerance`, or than rounding allows,
+/// first the one on the side of a; twice the place itself if the function is zero there.
 ///
 /// By regula falsi, with the weight of an end that stays for a second time halved (Illinois), and
 /// bisection where that is slow.

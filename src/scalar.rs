@@ -32,7 +32,7 @@ pub trait Scalar: RealField + Copy {
 
 impl<T: RealField + Copy> Scalar for T {}
 
-/// A literal of the scalar type.
+/// A literal of the scalar type, `lit(0.5)`, in code that is generic over it.
 #[inline(always)]
 pub fn lit<T: Scalar>(value: f64) -> T {
     nalgebra::convert(value)

@@ -45,7 +45,8 @@ impl Branch {
         Sliding { velocity, speed, direction }
     }
 
-    /// The branch on which a velocity of this sign lies; `Free` for zero.
+    /// The branch on which a velocity of this sign lies; `Free` for zero, where the direction is
+    /// open.
     pub fn towards<T: Scalar>(velocity: T) -> Self {
         if velocity > T::zero() {
             Branch::Forward
@@ -56,19 +57,20 @@ impl Branch {
         }
     }
 
-    /// The branch locked to the direction of a velocity; forward for zero.
+    /// The branch locked to the direction of a velocity; forward for zero, where a side has to be
+    /// chosen.
     #[inline]
     pub fn locked<T: Scalar>(velocity: T) -> Self {
         if velocity < T::zero() { Branch::Backward } else { Branch::Forward }
     }
 
-    /// A speed in the direction of this branch; forward on the free one.
+    /// A speed [m/s] in the direction of this branch; forward on the free one.
     #[inline(always)]
     pub fn at_speed<T: Scalar>(self, speed: T) -> Sliding<T> {
         self.of(if self == Branch::Backward { -speed } else { speed })
     }
 
-    /// The opposite direction.
+    /// The branch after a reversal: the opposite direction.
     #[must_use]
     pub fn reversed(self) -> Self {
         match self {
@@ -107,19 +109,21 @@ impl<T: Scalar> Sliding<T> {
         self.direction
     }
 
-    /// Velocity, speed and direction.
+    /// Velocity, speed and direction, as plain numbers for a call that is not inlined.
     #[inline(always)]
     pub fn parts(self) -> (T, T, T) {
         (self.velocity, self.speed, self.direction)
     }
 
-    /// From velocity, speed and direction that belong together.
+    /// From [`parts`](Self::parts): velocity, speed and direction that belong together. Nothing is
+    /// checked.
     #[inline(always)]
     pub fn from_parts(velocity: T, speed: T, direction: T) -> Self {
         Self { velocity, speed, direction }
     }
 
-    /// The opposite velocity, seen from the same branch.
+    /// The opposite velocity, seen from the same branch: to compare a law for the two directions of
+    /// sliding. On a locked branch the speed is then negative.
     pub fn mirrored(&self) -> Self {
         Self { velocity: -self.velocity, speed: -self.speed, direction: self.direction }
     }

@@ -48,7 +48,7 @@ impl<T: Scalar> Surface<T> {
         Self { sliding: sliding.into(), scale }
     }
 
-    /// The same velocity with s times the scale.
+    /// The same velocity with s times the scale \[–\]: two causes that scale the friction multiply.
     #[inline(always)]
     pub fn rescaled(self, scale: T) -> Self {
         Self { scale: self.scale * scale, ..self }
@@ -80,14 +80,14 @@ impl<T: Scalar> Surface<T> {
         self.scale
     }
 
-    /// A friction coefficient \[–\], or its derivative, scaled by s: for each value of the curve in
-    /// a model of your own that does not ask [`Surface::friction`]. Free of cost at s = 1.
+    /// A friction coefficient \[–\], or its derivative, scaled by s, for one that comes from no
+    /// [`FrictionCurve`]. At s = 1 it costs a comparison.
     #[inline(always)]
     pub fn apply(&self, coefficient: T) -> T {
         if self.scale == T::one() { coefficient } else { product(coefficient, self.scale) }
     }
 
-    /// s μ(v) \[–\].
+    /// s μ(v) \[–\]: what the surface carries in steady sliding.
     #[inline(always)]
     pub fn friction<C: FrictionCurve<T>>(&self, curve: &C) -> T {
         self.apply(curve.coefficient(self.sliding))
@@ -124,7 +124,7 @@ impl<T: Scalar> Surface<T> {
         regularisation.sign(self.sliding)
     }
 
-    /// The springs and dashpots of a bristle.
+    /// The springs and dashpots of a bristle, which do not scale with the load.
     #[inline(always)]
     pub fn elements<R: Rheology<T>>(&self, rheology: &R) -> Elements<T, R::Deflection> {
         rheology.elements(self.sliding)
@@ -139,15 +139,16 @@ impl<T: Scalar> Surface<T> {
         rheology.elements_and_slopes(self.sliding)
     }
 
-    /// The larger value of a function at rest and at this speed, in the direction of a sign: for
-    /// [`Bristle::holding_coefficient`](crate::Bristle::holding_coefficient).
+    /// The larger value of a function at rest and at this speed, in the direction of a sign: what a
+    /// falling or a rising curve holds at most, for a model's
+    /// [`holding_coefficient`](crate::Bristle::holding_coefficient).
     pub fn largest_up_to(&self, sign: T, function: impl Fn(Self) -> T) -> T {
         let branch = Branch::locked(sign);
         let at = |speed| function(Self::scaled(branch.at_speed(speed), self.scale));
         at(self.sliding.velocity().abs()).larger(at(T::zero()))
     }
 
-    /// The opposite velocity on the same branch.
+    /// The opposite velocity on the same branch, see [`Sliding::mirrored`].
     pub fn mirrored(&self) -> Self {
         Self { sliding: self.sliding.mirrored(), scale: self.scale }
     }

@@ -30,11 +30,13 @@ pub struct FeedForwardParameters<T: Scalar, M> {
     pub sample_time: T,
     /// Speed \[m/s\] that no reference exceeds, positive: a faster one is refused as a fault.
     pub fastest: T,
-    /// Share and limit.
+    /// Share s and largest force.
     pub output: OutputParameters<T>,
 }
 
-/// Compensation driven by the velocity of the reference.
+/// Compensation driven by the velocity of the reference: u = s F̄, with the friction F̄ that the
+/// axis will have over the coming sample if it follows its reference. For axes that do, or whose
+/// encoder is too coarse for a [`FeedbackCompensator`](super::FeedbackCompensator).
 ///
 /// ```
 /// use bristle::control::{FeedForwardCompensator, FeedForwardParameters, OutputParameters};
@@ -67,7 +69,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     /// # Errors
     ///
     /// Refuses a sample time, a fastest speed or a largest force that is not positive, and a share
-    /// that is negative or not finite.
+    /// outside 0 … 2.
     pub fn new(parameters: FeedForwardParameters<T, M>) -> Result<Self, ParameterError> {
         Ok(Self {
             sample_time: Named("sample_time", parameters.sample_time).positive()?,
@@ -118,7 +120,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         Ok(())
     }
 
-    /// The contact.
+    /// The contact, with its model and its present load.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.output.contact
     }

@@ -20,7 +20,7 @@
 //! | q | size of one encoder count | m |
 //!
 //! At rest Δx is zero, and z and the elastic force do not change. An encoder that flickers by
-//! one count moves z by at most q (r + K|z|/g) ≤ q (1 + max μ/min μ), at any sample time, where a
+//! one count moves z by at most q (r + (λ/s)|z|) ≤ q (1 + max μ/min μ), at any sample time, where a
 //! sign would switch the whole friction: see [`FeedbackCompensator::step_per_count`]. This needs an
 //! exact modulus. A regularised model creeps, and has no such bound.
 //!
@@ -43,15 +43,21 @@ use crate::parameter::ParameterError;
 use crate::scalar::is_zero;
 use crate::{Bristle, Contact, Scalar};
 
-/// Whether the micro-damping force σ1 ż is compensated.
+/// Whether a [`FeedbackCompensator`] compensates the micro-damping force σ1 ż too. In steady
+/// sliding ż is zero, and both choices give the same force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum MicroDamping {
-    /// It is not: it stays in the mechanism, where it damps.
+    /// F̂ = p (K z + σ2 v_f): σ1 ż stays in the mechanism, where it damps the stuck axis. Begin
+    /// with this. The force at rest changes by a bounded step for each encoder count, see
+    /// [`FeedbackCompensator::step_per_count`].
     #[default]
     Uncompensated,
-    /// It is compensated with the filtered velocity.
+    /// F̂ = p (c₀(v_f) z + c₂(v_f) v_f): the whole force of the model, with ż computed from the
+    /// filtered velocity v_f. A little better at reversals. Each count then adds a force of the
+    /// order of s p σ1 q/(τ + h), with the time constant τ of the filter: take it if that is quiet
+    /// enough.
     Filtered,
 }
 
@@ -66,11 +72,13 @@ pub struct FeedbackParameters<T: Scalar, M> {
     pub velocity: VelocityFromPositionParameters<T>,
     /// Whether the micro-damping force is compensated too.
     pub damping: MicroDamping,
-    /// Share and limit.
+    /// Share s and largest force.
     pub output: OutputParameters<T>,
 }
 
-/// Compensation driven by the measured displacement.
+/// Compensation driven by the measured displacement: u = s F̂, with the friction F̂ of a bristle
+/// that is moved by the encoder's Δx. At rest the force stays as it is, whatever the noise of a
+/// velocity would be. For an encoder with ten counts or more in the elastic displacement μ_s/σ0.
 ///
 /// ```
 /// use bristle::control::{
@@ -118,8 +126,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a sample time, a fastest speed or a largest force that is not positive, and a time
-    /// constant, a count or a share that is negative or not finite.
+    /// Refuses a sample time, a fastest speed or a largest force that is not positive, a time
+    /// constant or a count that is negative or not finite, and a share outside 0 … 2.
     pub fn new(parameters: FeedbackParameters<T, M>) -> Result<Self, ParameterError> {
         let FeedbackParameters { contact, velocity, damping, output } = parameters;
         let viscous =
@@ -264,12 +272,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         Ok(())
     }
 
-    /// The contact.
+    /// The contact, with its model and its present load.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.output.contact
     }
 
-    /// The filtered velocity [m/s].
+    /// The filtered velocity v_f [m/s], at which the curve is read.
     pub fn velocity(&self) -> T {
         self.encoder.velocity()
     }

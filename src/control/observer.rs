@@ -17,10 +17,11 @@
 //! |---|---|---|
 //! | z, ẑ, z̃ = z − ẑ | deflection, its estimate, the estimate's error | m |
 //! | F̂, F̃ = F − F̂ | estimate of the friction force, its error | N |
-//! | e, ė | tracking error and its rate | m, m/s |
+//! | e, ė, q = ∫e dt | tracking error, its rate, its integral | m, m/s, m s |
 //! | K_p, K_d, K_i | gains of the controller | N/m, N s/m, N/(m s) |
 //! | k | gain of the injection: by velocity –, by position 1/s | |
 //! | α | corner rate of the injection | 1/s |
+//! | y = ė + α e | what is injected by velocity | m/s |
 //! | m | mass | kg |
 //! | λ, r, c₀, c₂, K | coefficients of the model and stiffness of its storage, see [`Affine`] | |
 //! | σ0, σ1, σ2 | micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
@@ -93,23 +94,41 @@ use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 
-/// How the tracking error corrects the estimate.
+/// How the tracking error e \[m\] corrects the estimate ẑ of a [`FrictionObserver`]: in one of two
+/// ways, each with a gain k.
+///
+/// Take `Velocity`: its corner α is yours to choose, and so its condition K_d > α m can be met.
+/// `Position` is the classical injection, to reproduce the literature. There the bristle's own
+/// corner σ0/σ1 is α, which is mostly too high.
+///
+/// The theorems hold for every k > 0. For its size look at a bristle that stands (λ = 0): in FrBD,
+/// with a share of one, the estimate then adds to the gains of the controller
+///
+/// | | K_p [N/m] | K_d [N s/m] | K_i [N/(m s)] |
+/// |---|---|---|---|
+/// | `Velocity` | p k (σ0 + α σ1) | p k σ1 | p k α σ0 |
+/// | `Position` | p k σ1 | – | p k σ0 |
+///
+/// until ẑ is at its limit. Choose k so that the sums are gains that you would give the controller
+/// at this sample time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub enum Injection<T> {
-    /// By k (ė + α e), as a correction of the velocity that drives the model.
+    /// The bristle is driven with the velocity w = v − k (ė + α e) instead of v.
     Velocity {
-        /// Gain k \[–\], positive: the fraction of ė + α e that is taken from the bristle's
-        /// velocity.
+        /// Gain k \[–\], positive. Begin with 0.05; larger while the force stays smooth, because
+        /// k multiplies the noise of ė.
         gain: T,
-        /// Corner rate α [1/s], positive and below K_d/m.
+        /// Corner rate α [1/s], K_i/K_p < α < K_d/m. Begin with 0.7 K_d/m. Above α it is ė that
+        /// corrects, below it e.
         corner: T,
     },
-    /// By k e, as a correction of the deflection's rate (Canudas de Wit and others).
+    /// k e is taken from the rate of the deflection (Canudas de Wit and others).
     Position {
-        /// Gain k [1/s], positive.
+        /// Gain k [1/s], positive. It corrects a standing bristle as fast as `Velocity` does with
+        /// k α of the same size.
         gain: T,
     },
 }
@@ -196,11 +215,11 @@ pub struct ObserverParameters<T: Scalar, M> {
     /// The encoder: sample time, filter of the velocity, fastest speed, size of a count. LuGre's
     /// condition and the limit of the deflection depend on the fastest speed.
     pub velocity: VelocityFromPositionParameters<T>,
-    /// Share and limit. The theorems assume a share of one.
+    /// Share s and largest force. The theorems assume a share of one.
     pub output: OutputParameters<T>,
 }
 
-/// Velocity and tracking error at a sample, for a loop that measures or estimates them itself.
+/// Velocity and tracking error at a sample, for [`FrictionObserver::step_measured`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured<T> {
     /// Mean velocity v [m/s] over the past sample.
@@ -237,7 +256,16 @@ fn fits<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>(
 /// fault the first time.
 const JUMP: f64 = 1e3;
 
-/// An observer of the deflection, and the compensation by its force.
+/// Compensation by an observer of the deflection: u = s F̂, with the estimate F̂ = p (c₀ ẑ + c₂ v)
+/// of a bristle that follows the measured displacement and is corrected by the tracking error, as
+/// [`Injection`] says. It is for a PID controller with the feed-forward m a_ref: given its gains,
+/// [`new`](Self::new) checks the conditions under which the tracking error vanishes.
+///
+/// | call each sample | with |
+/// |---|---|
+/// | [`step`](Self::step) | position and reference |
+/// | [`advance`](Self::advance) | differences of counts, for `f32` |
+/// | [`step_measured`](Self::step_measured) | a velocity, e and ė of your own |
 ///
 /// ```
 /// use bristle::control::{
@@ -387,8 +415,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
         self.follow(secant, Measured { velocity, error, error_rate: tracked.velocity })
     }
 
-    /// The force for the coming sample, where the velocity is known too: the exact step over the
-    /// past sample, with all three numbers held. A velocity beyond the fastest is refused.
+    /// The force for the coming sample, from a velocity v, an error e and a rate ė of your own: for
+    /// a loop with a tachometer or a state estimator, or a simulation. Nothing is filtered.
+    ///
+    /// The bristle takes the exact step over the past sample, with the three numbers held: it moves
+    /// with v h. The error of v adds up in it, so take [`FrictionObserver::step`] where there is a
+    /// position. Refused are numbers that are not finite, and a velocity beyond the fastest; the
+    /// motion of such a sample is lost. Do not mix it with `step` or `advance`.
     #[inline]
     pub fn step_measured(&mut self, measured: Measured<T>) -> Compensation<T> {
         if !(measured.velocity.abs() <= self.position.fastest) {
@@ -435,12 +468,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
         Ok(())
     }
 
-    /// The contact.
+    /// The contact, with its model and its present load.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.output.contact
     }
 
-    /// Back to the beginning: an undeflected bristle; the next sample is the initial position.
+    /// Back to the beginning: an undeflected bristle; the next sample is the initial position. Call
+    /// it while a brake holds the axis.
     pub fn reset(&mut self) {
         self.position.reset();
         self.error.reset();

@@ -1,32 +1,35 @@
-//! The output of a compensator: a share of the friction force, within the actuator's limit.
+//! What all compensators share: their output.
 
 use crate::parameter::{Named, ParameterError};
 use crate::{Bristle, Contact, Scalar};
 
-/// How much of the friction force is compensated, and how much at most.
+/// How a compensator turns its estimate F̂ \[N\] of the friction into the force that it gives out:
+/// u = s F̂, cut to ± `largest_force`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct OutputParameters<T> {
     /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth
-    /// too much. Between 0 and 2: at 2 the friction is turned around.
+    /// too much. Between 0 and 2: at 2 the friction is turned around. Begin with 0.9.
     pub share: T,
-    /// Largest force \[N\] that is given out, positive: what the actuator can spare.
+    /// Largest force \[N\] that is given out, positive: what the actuator can spare beside the
+    /// controller, half of its own at first.
     pub largest_force: T,
 }
 
-/// The answer to one sample.
+/// The answer of a compensator to one sample: the force, and what the loop should know of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use = "the force has to be added to the controller's"]
 pub struct Compensation<T> {
-    /// Force \[N\] to add to the controller's, over the sample that begins now.
+    /// Force u \[N\] to add to the controller's, over the sample that begins now: positive against
+    /// a friction that brakes v > 0.
     pub force: T,
-    /// Deflection of the model's bristle \[m\] now.
+    /// Deflection of the model's bristle \[m\] now, for a chart or a monitor.
     pub deflection: T,
-    /// Whether the force was cut to the largest one.
+    /// Whether the force was cut to the largest one. Stop the controller's integral meanwhile.
     pub saturated: bool,
     /// Number of samples in a row, up to this one, that were refused: not finite, or too fast. The
-    /// force is then that of the last good sample. If this lasts, the loop has to act on it.
+    /// force is then that of the last good sample. If this lasts, ramp the force down and stop.
     pub refused: u32,
 }
 

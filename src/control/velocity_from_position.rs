@@ -21,26 +21,32 @@ use crate::parameter::{Named, ParameterError};
 use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Scalar};
 
-/// Parameters of a [`VelocityFromPosition`].
+/// Parameters of a [`VelocityFromPosition`]: of the encoder in a
+/// [`FeedbackCompensator`](super::FeedbackCompensator) and a
+/// [`FrictionObserver`](super::FrictionObserver).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct VelocityFromPositionParameters<T> {
     /// Sample time h \[s\], positive.
     pub sample_time: T,
-    /// Time constant τ \[s\] of the filter, zero for none.
+    /// Time constant τ \[s\] of the filter of the velocity, zero for none. It smooths the velocity
+    /// at which the curve is read, and the ė of an observer; the bristle itself moves by the
+    /// unfiltered displacement. One count changes the filtered velocity by q/(τ + h), and the
+    /// filter delays it by about τ. Begin with 0.1/ω_c to 0.3/ω_c, where ω_c [rad/s] is the
+    /// bandwidth of the controller.
     #[doc(alias = "tau")]
     pub time_constant: T,
     /// Speed \[m/s\] that the mechanism cannot exceed, positive: a faster sample is refused as a
     /// fault.
     pub fastest: T,
-    /// Size of one encoder count q \[m\], zero or positive. Two counts beyond the fastest speed are
-    /// taken as quantisation. A coarse encoder that is sampled quickly needs this: with q >
-    /// fastest·h every single count would be refused.
+    /// Size of one encoder count q \[m\], its resolution; zero for a position without steps. It
+    /// only widens the test for faults: n samples may move by fastest·h·n + 2 q. A coarse encoder
+    /// that is sampled quickly needs this: with q > fastest·h every single count would be refused.
     pub count: T,
 }
 
-/// What one sample of an encoder says of the motion.
+/// What one sample of an encoder says of the motion, from [`VelocityFromPosition::step`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSample<T> {
     /// Displacement since the last good sample \[m\]; zero for the first sample and after a
@@ -48,13 +54,15 @@ pub struct MotionSample<T> {
     pub displacement: T,
     /// Filtered velocity v_f [m/s].
     pub velocity: T,
-    /// Whether the mechanism was found elsewhere, and the measurement starts again from there.
+    /// Whether the mechanism was found elsewhere (moved by hand, or the encoder was reset), and the
+    /// measurement starts again from there.
     pub restarted: bool,
     /// The displacement over one sample time [m/s].
     pub(super) secant: T,
 }
 
-/// Displacement and velocity from sampled positions.
+/// Displacement and velocity from sampled positions, without those that cannot be true. Feedback
+/// and the observer have one inside; by itself it serves a compensator or an estimator of your own.
 ///
 /// ```
 /// use bristle::control::{VelocityFromPosition, VelocityFromPositionParameters};

@@ -1,9 +1,10 @@
-//! A separate friction curve for each direction of motion, as gearboxes and seals need.
+//! A separate friction curve for each direction of motion.
 
 use crate::curve::FrictionCurve;
 use crate::{Bounds, Scalar, Sliding};
 
-/// A friction curve made of two, one for each direction of sliding.
+/// A friction curve made of two, one for each direction of sliding: for a gearbox or a seal whose
+/// friction forwards and backwards differs.
 ///
 /// At v = 0 on the free branch the forward curve holds. If the two differ there, μ jumps at the
 /// reversal, but the bristle's rate and force stay continuous: they depend on μ only where |v| > 0

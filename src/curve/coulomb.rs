@@ -18,7 +18,7 @@ pub struct CoulombParameters<T> {
 }
 
 /// Coulomb friction with a viscous part, μ(v) = μ_d + σ2|v|: friction that does not fall with the
-/// speed. The symbols are those of [`CoulombParameters`].
+/// speed, or of which one number is known. The symbols are those of [`CoulombParameters`].
 ///
 /// ```
 /// use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve};

@@ -6,7 +6,8 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
 use crate::{Bounds, Scalar, Sliding};
 
-/// A friction curve given by a closure that returns μ and dμ/d|v| at a speed |v|.
+/// A friction curve given by a closure that returns μ \[–\] and dμ/d|v| [s/m] at a speed |v| [m/s]:
+/// for a formula of your own, without a type of your own. Both directions have the same friction.
 ///
 /// The closure must stay positive and smooth for slightly negative speeds too, where a solver's
 /// trial step has overshot a reversal. Its bounds are taken on trust: they are what the theorems

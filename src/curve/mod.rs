@@ -16,6 +16,10 @@
 //! | μ_s, μ_d | static and dynamic friction coefficient | – |
 //! | v_S, δ | Stribeck velocity (63 % of the fall, rational: 50 %) and exponent | m/s, – |
 //! | σ2 | viscous friction per unit normal force | s/m |
+//!
+//! A curve is what a constant velocity measures: F = p μ(v). It goes into a model of
+//! [`Bristle`](crate::Bristle), which adds what friction does while the velocity changes. By itself
+//! it is enough where the velocity hardly changes: [`FrictionCurve::at`].
 
 mod any;
 mod asymmetric;
@@ -49,7 +53,9 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 /// trial step: there the curve continues smoothly, or evenly where |v|^δ has no smooth
 /// continuation. A NaN there only shortens the step, so take |v| of a logarithm or near a pole.
 ///
-/// A curve of your own takes two methods. The others are claims; their defaults claim nothing:
+/// A curve of your own takes two methods, [`FrictionCurve::coefficient_and_slope`] and
+/// [`FrictionCurve::bounds`]; with a closure and constant bounds it is a [`FunctionCurve`]. The
+/// other methods are claims; their defaults claim nothing:
 ///
 /// | method | default | a claim is needed for |
 /// |---|---|---|
@@ -90,23 +96,27 @@ use crate::{Bounds, Branch, Scalar, Sliding};
     note = "build one from parameters, e.g. by `Stribeck::new(parameters)?`"
 )]
 pub trait FrictionCurve<T: Scalar>: Debug + Clone {
-    /// The friction coefficient μ(v). Override it where the slope costs extra.
+    /// The friction coefficient μ(v) \[–\], as models ask for it. Override it where the slope costs
+    /// extra.
     #[inline]
     fn coefficient(&self, sliding: Sliding<T>) -> T {
         self.coefficient_and_slope(sliding).0
     }
 
-    /// The friction coefficient and its slope dμ/dv [s/m].
+    /// The friction coefficient \[–\] and its slope dμ/dv [s/m], which Jacobians and linearisations
+    /// need.
     ///
     /// The slope is taken with respect to the *signed* velocity: for a curve of the speed it is the
     /// slope over the speed times [`Sliding::direction`].
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
 
-    /// The range of μ over all velocities with |v| ≤ `fastest`, which is zero or positive and may
-    /// be infinite.
+    /// The range of μ over all velocities with |v| ≤ `fastest` [m/s], which is zero or positive and
+    /// may be infinite. The limits of deflection and force follow from it: |z| ≤ max μ/σ0,
+    /// |F| ≤ p max μ.
     fn bounds(&self, fastest: T) -> Bounds<T>;
 
-    /// The friction coefficient μ at a plain velocity [m/s].
+    /// The friction coefficient μ \[–\] at a plain velocity [m/s]: for you, where
+    /// [`FrictionCurve::coefficient`] is for models.
     fn at(&self, velocity: T) -> T {
         self.coefficient(Sliding::from(velocity))
     }
@@ -120,7 +130,8 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         T::zero()
     }
 
-    /// The curve less a part σ|v| of its viscous friction, 0 ≤ σ ≤ σ2 [s/m].
+    /// The curve less a part σ|v| of its viscous friction, 0 ≤ σ ≤ σ2 [s/m]: for a model such as
+    /// classical LuGre, which has that part outside the bristle.
     #[must_use]
     fn with_less_viscous_friction(&self, part: T) -> Self {
         let _ = part;
@@ -133,8 +144,8 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         self.with_less_viscous_friction(self.viscous_friction())
     }
 
-    /// The slope dμ/d|v| [s/m] just above rest; of two directions, the lesser. The curve is
-    /// differentiable at v = 0 only where it is zero.
+    /// The slope dμ/d|v| [s/m] just above rest; of two directions, the lesser. μ(v) is
+    /// differentiable at v = 0 only if this slope is zero.
     fn slope_at_rest(&self) -> T {
         self.coefficient_and_slope(Branch::Forward.of(T::zero())).1
     }
@@ -148,7 +159,8 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         None
     }
 
-    /// A number [s/m] that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.
+    /// A number [s/m] that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest` [m/s]. The relaxation
+    /// rate of FrBD, σ0|v|_ε/(σ1|v|_ε + μ), is at most σ0/(σ1 + this number).
     fn least_secant<E: Regularisation<T>>(&self, regularisation: &E, fastest: T) -> T {
         let over_range = self.bounds(fastest).min / regularisation.speed(Sliding::from(fastest));
         // μ ≥ dry + σ2|v| ≥ σ2|v|_ε, provided that the dry part covers σ2(|v|_ε − |v|).
@@ -158,7 +170,8 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         if covered { over_range.larger(viscous) } else { over_range }
     }
 
-    /// Whether μ(−v) = μ(v) for every v. `false` unless it is known.
+    /// Whether μ(−v) = μ(v) for every v. `false` unless it is known. A model needs it for the law
+    /// [`OddSymmetry`](crate::Law::OddSymmetry).
     fn is_even(&self) -> bool {
         false
     }

@@ -7,7 +7,8 @@ use super::FrictionCurve;
 use crate::{Bounds, Scalar, Sliding};
 
 own! {
-    /// A curve of any type behind a pointer, from [`AnyCurve::own`](super::AnyCurve::own).
+    /// A curve of your own inside an [`AnyCurve`](super::AnyCurve), behind a pointer. Made by
+    /// [`AnyCurve::own`](super::AnyCurve::own).
     OwnCurve: [FrictionCurve<T>] FrictionCurve {}
     {
         coefficient(sliding: Sliding<T>) -> T;

@@ -26,10 +26,12 @@ pub struct RationalStribeckParameters<T> {
 }
 
 /// A Stribeck curve without an exponential, for loops that cannot afford one:
-/// μ(v) = μ_d + (μ_s − μ_d)/(1 + (v/v_S)²) + σ2|v|.
 ///
-/// The symbols are those of [`RationalStribeckParameters`]. It falls like
-/// [`Stribeck`](crate::curve::Stribeck) with δ = 2 at first and approaches μ_d more slowly.
+/// μ(v) = μ_d + (μ_s − μ_d)/(1 + (v/v_S)²) + σ2|v|
+///
+/// with the symbols of [`RationalStribeckParameters`]. At first it falls like a
+/// [`Stribeck`](super::Stribeck) curve with δ = 2, then it approaches μ_d more slowly: at v_S half
+/// of the fall is done, at 3 v_S nine tenths.
 ///
 /// Source: D. P. Hess, A. Soom, "Friction at a lubricated line contact operating at oscillating
 /// sliding velocities", Journal of Tribology 112 (1990), 147–152.

@@ -17,10 +17,11 @@ pub struct StribeckParameters<T> {
     /// Dynamic friction coefficient μ_d \[–\], positive.
     #[doc(alias = "mu_d")]
     pub dynamic_coefficient: T,
-    /// Stribeck velocity v_S [m/s], positive.
+    /// Stribeck velocity v_S [m/s], positive: 63 % of the fall is done there.
     #[doc(alias = "v_S")]
     pub stribeck_velocity: T,
-    /// Stribeck exponent δ \[–\], between 0.1 and 100; 1 and 2 need no power function.
+    /// Stribeck exponent δ \[–\], between 0.1 and 100. Take 2 if it was not measured; 1 falls at
+    /// once from rest. Both need no power function.
     #[doc(alias = "delta")]
     pub stribeck_exponent: T,
     /// Viscous friction σ2 [s/m], zero or positive.
@@ -29,7 +30,8 @@ pub struct StribeckParameters<T> {
 }
 
 /// The Stribeck curve, μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|: friction that falls from
-/// its static to its dynamic value as sliding sets in, and rises again with viscosity.
+/// its static to its dynamic value as sliding sets in, and rises again with viscosity. Take it
+/// unless you know better.
 ///
 /// The symbols are those of [`StribeckParameters`]. The curve is continuously differentiable only
 /// for δ > 1 and, with σ2 > 0, away from v = 0.

@@ -18,7 +18,8 @@ pub struct Knot<T> {
     pub coefficient: T,
 }
 
-/// A friction curve through measured points, by monotone cubic interpolation.
+/// A friction curve through measured points, by monotone cubic interpolation: for measured friction
+/// that no formula fits. A point that is an outlier makes a bump: smooth noisy measurements before.
 ///
 /// Between the knots (sᵢ, μᵢ) [m/s, –] it is the cubic Hermite interpolant whose slopes are the
 /// weighted harmonic mean of the neighbouring secants, or zero where these change sign. So it is
@@ -37,6 +38,11 @@ pub struct Knot<T> {
 /// rise, level if they fall (so that it stays positive). To slightly negative speeds, where a
 /// solver's trial step has overshot a reversal, the first cubic is continued.
 ///
+/// Source: F. N. Fritsch, J. Butland, "A method for constructing local monotone piecewise cubic
+/// interpolants", SIAM Journal on Scientific and Statistical Computing 5 (1984), 300–304. The slope
+/// at rest is the three-point one, limited as in C. B. Moler, "Numerical Computing with MATLAB"
+/// (SIAM, 2004), section 3.4.
+///
 /// ```
 /// use bristle::curve::{FrictionCurve, Knot, Tabulated};
 ///
@@ -51,7 +57,8 @@ pub struct Tabulated<S> {
     cubics: S,
 }
 
-/// What a [`Tabulated`] curve stores of each knot: the cubic from there to the next one.
+/// What a [`Tabulated`] curve stores of each knot: the cubic from there to the next one. It is
+/// public because the type of a curve names it, `Tabulated<[Cubic<f64>; 4]>`.
 ///
 /// μ(s) = c₀ + x (c₁ + x (c₂ + x c₃)) with x = s − start.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,7 +135,7 @@ impl<T: Scalar> Tabulated<alloc::vec::Vec<Cubic<T>>> {
 }
 
 impl<S> Tabulated<S> {
-    /// The knots.
+    /// The knots, as they were given.
     pub fn knots<T: Scalar>(&self) -> impl ExactSizeIterator<Item = Knot<T>>
     where
         S: AsRef<[Cubic<T>]>,

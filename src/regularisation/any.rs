@@ -3,7 +3,8 @@
 use super::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use crate::{Scalar, Sliding};
 
-/// A regularisation chosen at run time: one of this crate's, with its numbers to the last bit.
+/// A regularisation chosen at run time, by a file for instance: one of this crate's, with its
+/// numbers to the last bit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]

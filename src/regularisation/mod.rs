@@ -1,4 +1,5 @@
-//! Regularisation: smooth stand-ins for |v| and sgn v.
+//! Regularisation: smooth stand-ins |v|_ε and sgn_ε(v) for |v| and sgn v.
+//! Which to take: the table at [`Regularisation`].
 
 mod any;
 mod hyperbolic_tangent;
@@ -23,9 +24,10 @@ use crate::{Scalar, Sliding};
 /// | [`HyperbolicTangent`] | v coth(v/v_t) | the parameters are those of a multibody code |
 /// | [`AnyRegularisation`] | one of these | it is chosen at run time |
 ///
-/// It enters where the bristle meets the sliding surface (Romano et al., section II-B). With any
-/// regularisation but [`Unregularised`] nothing ever sticks: under a force F below the breakaway
-/// force F_b the body creeps, for the square root at v ≈ √ε r/√(1 − r²) with r = F/F_b.
+/// It enters where the bristle meets the sliding surface: λ = σ0|v|_ε/g, g = σ1|v|_ε + μ (Romano et
+/// al., section II-B). With any regularisation but [`Unregularised`] nothing ever sticks: under a
+/// force F below the breakaway force F_b the body creeps, for the square root at
+/// v ≈ √ε r/√(1 − r²) with r = F/F_b.
 pub trait Regularisation<T: Scalar>: Debug + Clone {
     /// The regularised speed |v|_ε [m/s]. Override it where the slope costs extra.
     #[inline(always)]
@@ -48,6 +50,7 @@ pub trait Regularisation<T: Scalar>: Debug + Clone {
         (sign, (T::one() - sign * slope) / speed)
     }
 
-    /// The regularised speed at rest |0|_ε [m/s], which is also the largest |v|_ε − |v|.
+    /// The regularised speed at rest |0|_ε [m/s], which is also the largest |v|_ε − |v|. Zero says
+    /// that the modulus is exact, so that a bristle at rest keeps its force.
     fn speed_at_rest(&self) -> T;
 }

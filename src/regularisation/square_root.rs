@@ -4,7 +4,7 @@ use crate::parameter::{Named, ParameterError};
 use crate::regularisation::Regularisation;
 use crate::{Scalar, Sliding};
 
-/// The square-root regularisation, |v|_ε = √(v² + ε), with ε [m²/s²].
+/// The square-root regularisation of the paper, |v|_ε = √(v² + ε) with ε [m²/s²]; |0|_ε = √ε.
 ///
 /// Source: Romano et al. (arXiv 2602.09429), section II-B.
 ///

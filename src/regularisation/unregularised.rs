@@ -3,7 +3,8 @@
 use crate::regularisation::Regularisation;
 use crate::{Scalar, Sliding};
 
-/// No regularisation: |v| and sgn v as they are, with sgn 0 = 0 on the free branch.
+/// No regularisation: |v| and sgn v as they are, with sgn 0 = 0 on the free branch. A model has
+/// this one unless another is given, and a body under less than breakaway then stands still.
 ///
 /// ```
 /// use bristle::regularisation::{Regularisation, Unregularised};

@@ -24,10 +24,11 @@ pub trait Deflection<T: Scalar>:
     /// The matrix Λ between a state and its rate [1/s]: a scalar λ for a scalar.
     type Relaxation: Copy + Debug + PartialEq + Neg<Output = Self::Relaxation>;
 
-    /// The matrix diag(decay) + 1·rowᵀ.
+    /// The matrix Λ = diag(decay) + 1·rowᵀ, of the decay rates aᵢ [1/s] and of how each stretch
+    /// slows the common rate, (|v|_ε/g) Kᵢ [1/s].
     fn relaxation(decay: Self, row: Self) -> Self::Relaxation;
 
-    /// The matrix applied to a state.
+    /// The matrix applied to a state, Λx [m/s].
     fn relax(relaxation: Self::Relaxation, state: Self) -> Self;
 
     /// The step of a given length as a linear map, see [`Deflection::weights`].
@@ -37,7 +38,7 @@ pub trait Deflection<T: Scalar>:
     /// held: both its end and its mean are linear in the state x at its start and in u.
     fn weights(relaxation: Self::Relaxation, duration: T) -> Self::Weights;
 
-    /// The largest |xᵢ|.
+    /// The largest |xᵢ|, to compare with a limit.
     #[inline(always)]
     fn largest(self) -> T {
         let mut most = T::zero();
@@ -54,16 +55,16 @@ pub trait Deflection<T: Scalar>:
         self.each(|x| if x.abs() > limit { cut(x, limit) } else { x })
     }
 
-    /// One number for every spring.
+    /// The same number for every spring.
     fn fill(value: T) -> Self;
 
-    /// Σ aᵢ bᵢ.
+    /// Σ aᵢ bᵢ: of stiffnesses and stretches, the force of the springs.
     fn inner_product(self, other: Self) -> T;
 
-    /// The product aᵢ bᵢ of each component.
+    /// The products aᵢ bᵢ, spring by spring.
     fn scaled_by(self, other: Self) -> Self;
 
-    /// A function of each component.
+    /// A function of each xᵢ.
     fn each(self, function: impl FnMut(T) -> T) -> Self;
 }
 
@@ -73,9 +74,9 @@ fn cut<T: Scalar>(x: T, limit: T) -> T {
     if x > limit { limit } else { -limit }
 }
 
-/// The exact step of a relaxing state under a held drive, as a linear map, see
-/// [`Deflection::weights`]. [`Affine::weights`](crate::Affine::weights) makes it from the
-/// coefficients of a model and says when to take it.
+/// The exact step of a relaxing state under a held drive, as a linear map from the state at its
+/// start and the drive to the state at its end and to its mean: [`Weights`] for one spring,
+/// [`Modes`] for several. From [`Affine::weights`](crate::Affine::weights).
 pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     /// The state at the end of the step, under a drive u [m/s] of each spring.
     fn end(&self, state: D, drive: D) -> D;
@@ -83,28 +84,31 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     /// The state averaged over the step, under a drive u [m/s].
     fn mean(&self, state: D, drive: D) -> D;
 
-    /// The state averaged over the step, without a drive.
+    /// The state averaged over the step, without a drive: the part of the mean that the state at
+    /// the start has.
     #[inline]
     fn undriven_mean(&self, state: D) -> D {
         self.mean(state, D::fill(T::zero()))
     }
 
-    /// The state averaged over the step, from zero under a drive u [m/s].
+    /// The state averaged over the step, from zero under a drive u [m/s]: the part of the mean that
+    /// the velocity has.
     #[inline]
     fn driven_mean(&self, drive: D) -> D {
         self.mean(D::fill(T::zero()), drive)
     }
 
-    /// Σ kᵢ x̄ᵢ of the state averaged over the step, without a drive, for each of two k.
+    /// Σ kᵢ x̄ᵢ of the state averaged over the step, without a drive, for each of two k: the bias
+    /// of a [companion step](crate::companion).
     #[inline]
     fn undriven_sums(&self, springs: [D; 2], state: D) -> [T; 2] {
         let mean = self.undriven_mean(state);
         springs.map(|springs| springs.inner_product(mean))
     }
 
-    /// Σ kᵢ x̄ᵢ + d of the state averaged over the step, from zero under a drive of one times r:
-    /// what a friction coefficient with the stiffness k and the damping d rises by with the
-    /// velocity.
+    /// Σ kᵢ x̄ᵢ + d of the state averaged over the step, from zero under a drive of one times r: by
+    /// how much a friction coefficient with the stiffness k and the damping d rises with the
+    /// velocity, the damping of a [companion step](crate::companion).
     #[inline]
     fn driven_damping(&self, springs: D, drive: D, damping: T) -> T {
         springs.inner_product(self.driven_mean(drive)) + damping
@@ -159,7 +163,9 @@ impl<T: Scalar> Deflection<T> for T {
     }
 }
 
-/// The matrix diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their rates.
+/// The matrix Λ = diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their
+/// rates, ẋ = −Λx + r v. Read it as λ of a model with such a bristle; [`matrix`](Self::matrix) has
+/// all its entries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiagonalPlusRankOne<D> {
     /// Diagonal: the decay rate of each spring's own stretch.

@@ -10,7 +10,8 @@ use crate::rheology::Rheology;
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
-/// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone or behind a dashpot.
+/// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone (a *static* arm) or behind a
+/// dashpot. Behind one its force relaxes within the time ηᵢ/Kᵢ \[s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -54,7 +55,7 @@ impl<T: Scalar> MaxwellArm<T> {
     }
 }
 
-/// Parameters of [`GeneralisedMaxwell`].
+/// Parameters of [`GeneralisedMaxwell`], with its symbols.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

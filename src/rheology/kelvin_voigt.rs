@@ -10,10 +10,12 @@ use crate::{Bounds, Scalar, Sliding};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct KelvinVoigtParameters<T> {
-    /// Normalised micro-stiffness σ0 [1/m], positive.
+    /// Normalised micro-stiffness σ0 [1/m], positive: μ_s over the elastic displacement before
+    /// breakaway.
     #[doc(alias = "sigma0")]
     pub micro_stiffness: T,
-    /// Normalised micro-damping σ1 [s/m], zero or positive.
+    /// Normalised micro-damping σ1 [s/m], zero or positive. It damps a stuck body, with the damping
+    /// ratio ½ σ1 √(p/(σ0 m)) for a mass m, and has no effect in steady sliding.
     #[doc(alias = "sigma1")]
     pub micro_damping: T,
 }

@@ -10,7 +10,7 @@ use crate::{Bounds, Scalar, Sliding};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MaxwellParameters<T> {
-    /// Normalised stiffness K [1/m], positive.
+    /// Normalised stiffness K [1/m] of the spring, positive.
     pub micro_stiffness: T,
     /// Normalised damping η [s/m] of the dashpot in series, positive.
     #[doc(alias = "eta")]
@@ -32,8 +32,9 @@ pub struct MaxwellParameters<T> {
 /// | η | normalised damping of the dashpot in series | s/m |
 ///
 /// In steady sliding the dashpot is a further resistance in series with the surface,
-/// F_ss = p v/(|v|_ε/μ + 1/η), below the friction curve. The bounds of a single spring hold: from
-/// any state within them, |x| ≤ max μ/K and |F| ≤ p max μ.
+/// F_ss = p v/(|v|_ε/μ + 1/η), below the friction curve: under a steady force F < p μ a body creeps
+/// at v = (F/(p η))/(1 − F/(p μ)) [m/s]. The bounds of a single spring hold: from any state within
+/// them, |x| ≤ max μ/K and |F| ≤ p max μ.
 ///
 /// Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 /// authors' own viscoelastic bristles are in arXiv 2601.13799.

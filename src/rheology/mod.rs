@@ -47,8 +47,9 @@ use nalgebra::Complex;
 use crate::scalar::is_zero;
 use crate::{Bounds, Scalar, Sliding};
 
-/// The elements of a bristle at one sliding velocity, per unit normal force, or their derivatives
-/// with respect to the velocity: ẋᵢ = ż − aᵢ xᵢ, F/p = Σ Kᵢ xᵢ + d ż.
+/// The numbers of a bristle at one sliding velocity, per unit normal force: ẋᵢ = ż − aᵢ xᵢ,
+/// F/p = Σ Kᵢ xᵢ + d ż. Or their derivatives with respect to the velocity. This is what a
+/// [`Rheology`] gives to a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Elements<T, D = T> {
     /// Stiffness Kᵢ of each spring [1/m].
@@ -84,7 +85,8 @@ impl<T: Scalar, D: Deflection<T>> Elements<T, D> {
         }
     }
 
-    /// The stretches under a steady friction coefficient (signed).
+    /// The stretches \[m\] under a steady friction coefficient μ_b \[–\] (signed): μ_b/K for one
+    /// spring. Of steady sliding, or to begin a run from a given force.
     #[inline]
     pub fn stationary(&self, coefficient: T) -> D {
         if self.creeps() {
@@ -130,12 +132,12 @@ impl<T: Scalar> ElementBounds<T> {
 /// friction model. For that the stiffness of the springs should be constant; dashpots may depend on
 /// the velocity.
 ///
-/// | bristle | springs | in steady sliding |
-/// |---|---|---|
-/// | [`KelvinVoigt`] | one | on the curve |
-/// | [`Maxwell`] | one, behind a dashpot | creeps |
-/// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve |
-/// | [`GeneralisedMaxwell`] | N in parallel, some behind dashpots | on the curve, or creeps |
+/// | bristle | springs | in steady sliding | take it if |
+/// |---|---|---|---|
+/// | [`KelvinVoigt`] | one | on the curve | nothing else is known |
+/// | [`Maxwell`] | one, behind a dashpot | creeps | a body under a steady force creeps without end |
+/// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve | a held force relaxes with one time constant, to a part of it that stays |
+/// | [`GeneralisedMaxwell`] | N, some behind dashpots | on the curve, or creeps | storage and loss moduli are measured |
 ///
 /// # Energy
 ///
@@ -195,25 +197,28 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
     /// The stretches of the springs: the scalar `T` for one, an `SVector<T, N>` for several.
     type Deflection: Deflection<T>;
 
-    /// The elements at a sliding velocity.
+    /// The elements at a sliding velocity. Override it where the slopes cost extra.
     #[inline(always)]
     fn elements(&self, sliding: Sliding<T>) -> Elements<T, Self::Deflection> {
         self.elements_and_slopes(sliding).0
     }
 
-    /// The elements and their derivatives with respect to the signed velocity.
+    /// The elements and their derivatives with respect to the signed velocity: zero for constant
+    /// elements.
     fn elements_and_slopes(
         &self,
         sliding: Sliding<T>,
     ) -> (Elements<T, Self::Deflection>, Elements<T, Self::Deflection>);
 
-    /// The constant stiffness of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ² [1/m].
+    /// The constant stiffness Kᵢ [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ². Of a
+    /// stiffness that varies, the one that the energy is to be counted with.
     fn storage_stiffness(&self) -> Self::Deflection;
 
-    /// Ranges of the elements over all velocities.
+    /// Ranges of the elements over all velocities, on which the limits and laws of a model rest.
     fn bounds(&self) -> ElementBounds<T>;
 
-    /// The complex modulus G\* = G' + iG'' [1/m] at rest, at an angular frequency ω ≥ 0 [rad/s]:
+    /// The complex modulus G\* = G' + iG'' [1/m] at rest, at an angular frequency ω ≥ 0 [rad/s], to
+    /// compare a bristle with a measured response:
     ///
     /// G\*(iω) = Σ Kᵢ iω/(aᵢ + iω) + iω d.
     ///

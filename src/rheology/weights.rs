@@ -26,7 +26,8 @@ pub struct Weights<T> {
 }
 
 impl<T: Scalar> Weights<T> {
-    /// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits.
+    /// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits, for x \[–\] of
+    /// either sign: for steps of your own.
     #[inline]
     pub fn relaxed(x: T) -> (T, T, T) {
         if x < lit(0.5) && x > lit(-0.5) {
@@ -82,7 +83,8 @@ impl<T: Scalar> Weights<T> {
         Self { exponent, decay, end_by_drive, phi1, mean_by_drive }
     }
 
-    /// λ ∫ z² dt over the step \[m²\], from the deflection's mean and its change Δz: both terms of
+    /// λ ∫ z² dt over the step \[m²\], from the deflection's mean z̄ and its change Δz \[m\]: with
+    /// p K it is the energy that the bristle dissipates by relaxing. Both terms of
     ///
     /// x z̄² + ½ L(x/2) Δz²,  L(y) = coth y − 1/y (Langevin's function)
     ///
