@@ -80,10 +80,15 @@ pub mod observer;
 mod output;
 pub mod velocity_from_position;
 
+#[doc(inline)]
 pub use feed_forward::{FeedForwardCompensator, FeedForwardParameters};
+#[doc(inline)]
 pub use feedback::{FeedbackCompensator, FeedbackParameters, MicroDamping};
+#[doc(inline)]
 pub use observer::{FrictionObserver, Injection, Measured, ObserverParameters};
+#[doc(inline)]
 pub use output::{Compensation, OutputParameters};
+#[doc(inline)]
 pub use velocity_from_position::{
     MotionSample, VelocityFromPosition, VelocityFromPositionParameters,
 };
