@@ -56,8 +56,8 @@ impl Shooting {
         V: Signal<f64>,
     {
         if contact.model().form() != Form::OfVelocity {
-            let takes = "a model whose coefficients depend on the velocity alone is needed";
-            return Err(ParameterError::chosen("another one", takes).into());
+            let takes = "a known velocity takes a model whose coefficients depend on it alone";
+            return Err(ParameterError::chosen(contact.model().name(), takes).into());
         }
         let system = PrescribedVelocity::new(contact.clone(), velocity);
         let scales = checked_scales(System::<f64, N>::scales(&system))?;
