@@ -155,7 +155,7 @@ const HELD: f64 = 0.6;
 
 /// The steps that a Jacobian of so many states serves: by differences it costs an evaluation for
 /// each of them, a step of order 8 twelve.
-const fn serves(states: usize) -> usize {
+pub(super) const fn serves(states: usize) -> usize {
     if states < MANY { 1 } else { states / 4 }
 }
 
