@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use super::automatic::Alternating;
 use super::dense_output::DenseOutput;
@@ -178,8 +178,8 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for AnyStepper<T, N> {
         of_the_method!(self, stepper => stepper.jacobians_of_step(field, from, end))
     }
 
-    fn carried(&self, growth: &SMatrix<T, N, N>, error: &SVector<T, N>) -> Option<SVector<T, N>> {
-        of_the_method!(self, stepper => stepper.carried(growth, error))
+    fn stability(&self) -> &'static [f64] {
+        of_the_method!(self, stepper => stepper.stability())
     }
 
     fn dense_output<F: Field<T, N>>(

@@ -17,10 +17,11 @@
 //! Source of the first: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd
 //! edition (Springer, 1996), section IV.2.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use super::dense_output::DenseOutput;
-use super::explicit::{Explicit, ExplicitTableau};
+use super::explicit::{Explicit, ExplicitTableau, serves};
+use super::growth::{MANY, trace_of_square};
 use super::rosenbrock::Rosenbrock;
 use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
 use super::tolerance::ToleranceRange;
@@ -72,7 +73,7 @@ pub(crate) struct Alternating<T: Scalar, const N: usize> {
     since: u32,
     /// Steps in a row that spoke for a change.
     votes: u32,
-    /// Votes that a change to the explicit method needs: more after a change that did not last.
+    /// Votes that a change to the dearer method needs: more after a change that did not last.
     needed: u32,
 }
 
@@ -102,27 +103,53 @@ const FIFTH: f64 = 5e-7;
 
 /// Below this h ρ of a Rosenbrock step an explicit method is cheaper: it can take steps of
 /// 0.8 of its limit, or two to three times as long if accuracy allows, at about the same cost.
-const EASY: f64 = 2.5;
+///
+/// With many states these steps of 0.8 of the limit may be shorter by as much as they are cheaper:
+/// twelve evaluations and a part of a Jacobian, for nine and a whole one by differences.
+const fn easy(states: usize) -> f64 {
+    if states < MANY {
+        return 2.5;
+    }
+    let explicit = 12.0 + (states / serves(states)) as f64;
+    0.8 * DormandPrince8::REAL_LIMIT * (9 + states) as f64 / explicit
+}
 
 /// Votes for a change.
 const VOTES: u32 = 2;
 
-/// Most votes that a change to the explicit method may need.
-const MOST_VOTES: u32 = 32;
+/// Votes for a change from the Rosenbrock method where that is the dearer one: the steps with which
+/// its turn begins are no longer than those before.
+const VOTES_OF_MANY: u32 = 3;
 
-/// An explicit turn of fewer steps was not worth the change.
+/// Most votes that a change to the dearer method may need. A turn of the Rosenbrock method with
+/// many states that does not last costs several times as many evaluations as there are states.
+const fn most_votes(states: usize) -> u32 {
+    if states < MANY { 32 } else { 8 * states as u32 }
+}
+
+/// A turn of fewer steps of the dearer method was not worth the change.
 const SHORT: u32 = 12;
 
 impl<T: Scalar, const N: usize> Alternating<T, N> {
     /// Counts a step that speaks for a change or against it. Answers whether to change.
-    fn vote(&mut self, for_change: bool, needed: u32) -> bool {
+    fn vote(&mut self, for_change: bool) -> bool {
+        let is_explicit = self.turn != Turn::Rosenbrock;
+        let is_dear = is_explicit == (N < MANY);
+        let needed = match is_dear {
+            false => self.needed,
+            true => const { if N < MANY { VOTES } else { VOTES_OF_MANY } },
+        };
         self.votes = if for_change { self.votes + 1 } else { 0 };
         if self.votes < needed {
             return false;
         }
+        if is_dear {
+            let more = (self.needed * 2).min(const { most_votes(N) });
+            self.needed = if self.since > SHORT { VOTES } else { more };
+        }
         self.eighth.forget();
         self.fifth.forget();
-        let is_explicit = self.turn != Turn::Rosenbrock;
+        self.is_new = is_explicit;
         self.turn = if is_explicit { Turn::Rosenbrock } else { self.explicit };
         (self.since, self.votes) = (0, 0);
         true
@@ -163,8 +190,8 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
         at_work!(self.jacobians_of_step(field, from, end))
     }
 
-    fn carried(&self, growth: &SMatrix<T, N, N>, error: &SVector<T, N>) -> Option<SVector<T, N>> {
-        at_work!(self.carried(growth, error))
+    fn stability(&self) -> &'static [f64] {
+        at_work!(self.stability())
     }
 
     fn dense_output<F: Field<T, N>>(
@@ -184,19 +211,16 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
             Turn::Rosenbrock => None,
         };
         if let Some(held) = held {
-            let lasted = self.since > SHORT;
-            if self.vote(held, VOTES) {
-                self.needed = if lasted { VOTES } else { (self.needed * 2).min(MOST_VOTES) };
-                self.is_new = true;
-            }
+            self.vote(held);
             return proposed;
         }
         self.rosenbrock.accepted(step, end, proposed);
         // Fixed steps stay with the method that is stable at any length.
         let proposed = proposed?;
         let length = step.abs();
-        let reach = spectral_radius(&(self.rosenbrock.jacobian() * length));
-        if !self.vote(reach < EASY, self.needed) {
+        let easy = const { easy(N) };
+        let reach = spectral_radius(&(self.rosenbrock.jacobian() * length), easy);
+        if !self.vote(reach < easy) {
             return Some(proposed);
         }
         let reach = if reach > 0.01 { reach } else { 0.01 };
@@ -208,89 +232,104 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
     }
 }
 
-/// The largest magnitude of an eigenvalue, within about ten percent; infinite beyond about 10²⁰.
-fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>) -> f64 {
-    let mut power = *matrix;
+/// The largest magnitude of an eigenvalue, within about ten percent, and by k^(1/16) too large if k
+/// are equal; infinite beyond about 10²⁰, and where traces of lower powers already show that it is
+/// larger than a limit.
+fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>, limit: f64) -> f64 {
+    let traces = |power: &SMatrix<T, N, N>| {
+        [power.trace(), trace_of_square(power)].map(|trace| to_f64(trace).abs())
+    };
+    let (mut power, mut most) = (*matrix, limit);
     for _ in 0..4 {
-        power = power * power;
-    }
-    let (mut sixteenth, mut thirty_second) = (T::zero(), T::zero());
-    for i in 0..N {
-        sixteenth += power[(i, i)];
-        for j in 0..N {
-            thirty_second += power[(i, j)] * power[(j, i)];
+        // Each eigenvalue within the limit adds its power at most.
+        let [first, second] = traces(&power);
+        if first > most * N as f64 || second > most * most * N as f64 {
+            return f64::INFINITY;
         }
+        power = power * power;
+        most *= most;
     }
-    let root = |value: T, exponent: f64| {
-        let size = to_f64(value).abs();
+    let root = |size: f64, exponent: f64| {
         if size.is_finite() {
             super::controller::rough_power(size, exponent)
         } else {
             f64::INFINITY
         }
     };
-    let (a, b) = (root(sixteenth, 1.0 / 16.0), root(thirty_second, 1.0 / 32.0));
-    if a > b { a } else { b }
+    let [sixteenth, thirty_second] = traces(&power);
+    f64::max(root(sixteenth, 1.0 / 16.0), root(thirty_second, 1.0 / 32.0))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Linearisation;
-    use super::super::stepper::{Field, OneStep, Point, Stepper};
+    use super::super::stepper::{Linear, OneStep, Point, Stepper};
     use super::{Alternating, Automatic, Turn, spectral_radius};
-    use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1};
+    use crate::Scalar;
+    use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
 
-    /// x' = −x
-    struct Decay;
-
-    impl Field<f64, 1> for Decay {
-        fn rate(&mut self, _: f64, state: &Vector1<f64>) -> Vector1<f64> {
-            -state
-        }
-
-        fn linearised(&mut self, _: f64, state: &Vector1<f64>) -> Linearisation<f64, 1> {
-            Linearisation { rate: -state, by_state: Matrix1::new(-1.0), by_time: Vector1::zeros() }
-        }
-
-        fn jacobian(&mut self, _: &Point<f64, 1>) -> Matrix1<f64> {
-            Matrix1::new(-1.0)
-        }
+    /// The turn after some steps of a length on ẋ = −x, beginning with the Rosenbrock method, and
+    /// the lengths proposed where the controller would take 100.
+    fn steps<const N: usize, const C: usize>(length: f64) -> (Turn, [f64; C]) {
+        let mut stepper: Alternating<f64, N> = Automatic.stepper(0.0);
+        let (ones, decay) = (SVector::repeat(1.0), -SMatrix::identity());
+        let mut field = Linear(&decay);
+        let mut from = Point { time: 0.0, state: ones, rate: -ones, scale: ones };
+        stepper.begin(&mut field, &mut from);
+        let proposals = core::array::from_fn(|i| {
+            let (state, time) = (stepper.step(&mut field, &from, length).state, i as f64 * length);
+            let mut end = Point { time, state, rate: -state, scale: ones };
+            stepper.arrive(&mut field, &mut end);
+            from = end;
+            stepper.accepted(length, &from, Some(100.0)).unwrap_or(f64::NAN)
+        });
+        (stepper.turn, proposals)
     }
 
     #[test]
     fn the_first_explicit_step_is_at_most_four_fifths_of_the_stable_one() {
-        let mut stepper: Alternating<f64, 1> = Automatic.stepper(0.0);
-        let one = Vector1::new(1.0);
-        let mut from = Point { time: 0.0, state: one, rate: -one, scale: one };
-        stepper.begin(&mut Decay, &mut from);
         // Steps of two time constants, which an explicit method can take as well.
-        let proposals = [2.0, 4.0].map(|time| {
-            let state = stepper.step(&mut Decay, &from, 2.0).state;
-            let mut end = Point { time, state, rate: -state, scale: one };
-            stepper.arrive(&mut Decay, &mut end);
-            from = end;
-            stepper.accepted(2.0, &from, Some(100.0)).unwrap_or(f64::NAN)
-        });
-        assert!(stepper.turn == Turn::Eighth && proposals[0] == 100.0, "{proposals:?}");
+        let (turn, proposals) = steps::<1, 2>(2.0);
+        assert!(turn == Turn::Eighth && proposals[0] == 100.0, "{proposals:?}");
         // The polynomial of order eight is stable up to 6.39; the spectral radius is rough.
         assert!((proposals[1] / (0.8 * 6.39) - 1.0).abs() < 0.12, "{proposals:?}");
     }
 
     #[test]
+    fn with_many_states_explicit_steps_may_be_shorter_by_as_much_as_they_are_cheaper() {
+        // 12 + 4 evaluations for 9 + 12 and 9 + 24: up to steps of 6.7 and 10.5 time constants.
+        let turns = |length| [steps::<1, 3>(length).0, steps::<12, 3>(length).0];
+        assert_eq!(turns(2.0), [Turn::Eighth; 2]);
+        // Of as many equal eigenvalues the radius is taken a sixth too large.
+        assert_eq!(turns(5.0), [Turn::Rosenbrock, Turn::Eighth]);
+        assert_eq!(turns(8.0), [Turn::Rosenbrock; 2]);
+        assert_eq!(steps::<24, 3>(8.0).0, Turn::Eighth);
+    }
+
+    #[test]
     fn the_spectral_radius_is_found_in_any_units() {
+        fn radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>) -> f64 {
+            let found = spectral_radius(matrix, f64::INFINITY);
+            // A limit of more changes nothing, one of a little less may end the search.
+            assert!(spectral_radius(matrix, 1.13 * found) == found, "{matrix}");
+            assert!(spectral_radius(matrix, 0.8 * found) >= found, "{matrix}");
+            found
+        }
         let close =
             |found: f64, want: f64| assert!((found / want - 1.0).abs() < 0.12, "{found} {want}");
-        close(spectral_radius(&Matrix3::from_diagonal(&[-0.3, 2.0, -5.0].into())), 5.0);
+        close(radius(&Matrix3::from_diagonal(&[-0.3, 2.0, -5.0].into())), 5.0);
         // Complex pairs of every direction.
         for i in 0..40 {
             let angle = 0.04 * f64::from(i);
             let (sin, cos) = angle.sin_cos();
-            close(spectral_radius(&(Matrix2::new(cos, -sin, sin, cos) * 3.0)), 3.0);
+            close(radius(&(Matrix2::new(cos, -sin, sin, cos) * 3.0)), 3.0);
         }
         // The same oscillator, in metres and in nanometres.
         let oscillator = |unit: f64| Matrix2::new(0.0, 1.0 / unit, -1e4 * unit, -64.5);
-        close(spectral_radius(&oscillator(1.0)), 100.0);
-        close(spectral_radius(&oscillator(1e-9)), 100.0);
-        assert!(spectral_radius(&Matrix2::<f32>::new(1e30, 0.0, 0.0, 1.0)).is_infinite());
+        close(radius(&oscillator(1.0)), 100.0);
+        close(radius(&oscillator(1e-9)), 100.0);
+        assert!(radius(&Matrix2::<f32>::new(1e30, 0.0, 0.0, 1.0)).is_infinite());
+        // Beyond a limit by tr A, and by tr A².
+        assert!(spectral_radius(&Matrix2::<f64>::new(5.0, 0.0, 0.0, 4.0), 4.0).is_infinite());
+        assert!(spectral_radius(&Matrix2::<f64>::new(5.0, 0.0, 0.0, -4.0), 4.0).is_infinite());
     }
 }

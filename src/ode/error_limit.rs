@@ -69,8 +69,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
             }
         }
         let part = self.settings.method.tolerance_range().part_of_estimate(tolerance, trial.order);
-        let carried = self.stepper.carried(&growth, self.growth.error());
-        self.growth.step((&growth, carried), (trial, square * part * part), &end.scale);
+        let stability = self.stepper.stability();
+        self.growth.step((&growth, stability), (trial, square * part * part), &end.scale);
         None
     }
 

@@ -22,7 +22,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
 use super::growth::MANY;
-use super::stepper::{Field, Linear, Point, Stepper, TrialStep};
+use super::stepper::{Field, Point, Stepper, TrialStep};
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -84,6 +84,28 @@ pub(super) const fn row(table: &'static [&'static [f64]], index: usize) -> &'sta
     if index < table.len() { table[index] } else { &[] }
 }
 
+/// rₖ of the stability function R(z) = 1 + r₁z(1 + r₂z(1 + …)): bᵀAᵏ⁻¹1/bᵀAᵏ⁻²1 and r₁ = 1.
+const fn stability<const S: usize>(weights: &[&[f64]], stages: usize) -> [f64; S] {
+    let (mut ratios, mut powers, mut before, mut k) = ([0.0; S], [1.0; S], 1.0, 0);
+    while k < stages {
+        // From the last row on: each takes the ones before it as they were.
+        let mut i = stages + 1;
+        while i > 0 {
+            i -= 1;
+            let (mut sum, mut j) = (0.0, 0);
+            while j < i {
+                sum += entry(weights[i], j) * powers[j];
+                j += 1;
+            }
+            powers[i] = sum;
+        }
+        ratios[k] = powers[stages] / before;
+        before = powers[stages];
+        k += 1;
+    }
+    ratios
+}
+
 /// An explicit Runge–Kutta method with S stages, those of its dense output included.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
@@ -133,7 +155,7 @@ const HELD: f64 = 0.6;
 
 /// The steps that a Jacobian of so many states serves: by differences it costs an evaluation for
 /// each of them, a step of order 8 twelve.
-const fn serves(states: usize) -> usize {
+pub(super) const fn serves(states: usize) -> usize {
     if states < MANY { 1 } else { states / 4 }
 }
 
@@ -342,10 +364,8 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         [at_start, at_end]
     }
 
-    fn carried(&self, growth: &SMatrix<T, N, N>, error: &SVector<T, N>) -> Option<SVector<T, N>> {
-        let (rate, scale) = (growth * error, SVector::repeat(T::one()));
-        let from = Point { time: T::zero(), state: *error, rate, scale };
-        Some(Self::new().step(&mut Linear(growth), &from, T::one()).state)
+    fn stability(&self) -> &'static [f64] {
+        const { &stability::<S>(B::WEIGHTS, B::STAGES) }.split_at(B::STAGES).0
     }
 
     #[inline]

@@ -10,8 +10,8 @@
 //! | h | step \[s\] |
 //! | R | stability function of the method |
 //!
-//! For an explicit method R(hJ) e is its own step on ẋ = J x: near the limit of its stability
-//! |R(hλ)| ≫ e^(hλ), and what dies out in the system remains in the answer and may grow later.
+//! An explicit method takes R for e^(hJ): near the limit of its stability |R(hλ)| ≫ e^(hλ), and
+//! what dies out in the system remains in the answer and may grow later.
 //! A part of e above the tolerance of a step is held by the control of the steps, whatever R: it is
 //! multiplied by e^(hJ), as with a Rosenbrock method, which is L-stable. The exponential is that of
 //! two half steps, each the Padé approximation (1 + A/3)/(1 − 2A/3 + A²/6) of order 3, which is
@@ -64,17 +64,12 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
         self.greatest
     }
 
-    /// The estimated error at the end of the last step, with a sign.
-    pub(super) fn error(&self) -> &SVector<T, N> {
-        &self.error
-    }
-
-    /// Takes a step: hJ, R(hJ) e of an explicit method, the trial with the mean square of its
+    /// Takes a step: hJ, the rₖ of an explicit method, the trial with the mean square of its
     /// estimated error over the tolerances, and the tolerances.
     #[inline]
     pub(super) fn step(
         &mut self,
-        (growth, own): (&SMatrix<T, N, N>, Option<SVector<T, N>>),
+        (growth, stability): (&SMatrix<T, N, N>, &[f64]),
         (trial, square): (&TrialStep<T, N>, f64),
         allowed: &SVector<T, N>,
     ) {
@@ -87,7 +82,7 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
             half.apply_to(&mut grown);
             grown
         });
-        if let Some(own) = own {
+        if let Some(own) = own(growth, &self.error, stability) {
             carried.zip_zip_apply(&own, allowed, |carried, own, allowed| {
                 *carried = if own.abs() <= allowed { own } else { *carried };
             });
@@ -107,7 +102,8 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
             // The two estimates of the other states say nothing of one that has died out.
             let size = match &trial.coarse_error {
                 Some(coarse) if part * part < own * lit(FAR * FAR) => {
-                    size.larger((error[i] / error[i].hypot(coarse[i] * lit(0.1))).abs())
+                    let ratio = coarse[i] * lit(0.1) / error[i];
+                    size.larger((ratio * ratio + T::one()).sqrt().recip())
                 }
                 _ => size,
             };
@@ -119,6 +115,41 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
             }
         }
     }
+}
+
+/// tr A².
+pub(super) fn trace_of_square<T: Scalar, const N: usize>(a: &SMatrix<T, N, N>) -> T {
+    let mut sum = T::zero();
+    for i in 0..N {
+        for j in 0..N {
+            sum += a[(i, j)] * a[(j, i)];
+        }
+    }
+    sum
+}
+
+/// R(A) x with the rₖ of an explicit method; none where the traces of A and A² show no eigenvalue
+/// beyond a quarter of the number of stages, half of the limit of stability: there it is e^A x to
+/// about a hundredth.
+#[inline]
+fn own<T: Scalar, const N: usize>(
+    a: &SMatrix<T, N, N>,
+    x: &SVector<T, N>,
+    stability: &[f64],
+) -> Option<SVector<T, N>> {
+    let near: T = lit(stability.len() as f64 / 4.0);
+    if stability.is_empty() || a.trace().abs() < near && trace_of_square(a).abs() < near * near {
+        return None;
+    }
+    let mut sum = *x;
+    for &ratio in stability.iter().rev() {
+        let before = sum;
+        for i in 0..N {
+            let row = (0..N).fold(T::zero(), |sum, j| sum + a[(i, j)] * before[j]);
+            sum[i] = x[i] + row * lit(ratio);
+        }
+    }
+    Some(sum)
 }
 
 /// e^A x by its power series, to a part of its largest component over a scale; none if it does not
@@ -212,8 +243,9 @@ impl<T: Scalar, const N: usize> Exponential<T, N> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Exponential, Growth, series};
+    use super::{Exponential, Growth, own, series};
     use crate::ode::AnyMethod;
+    use crate::ode::any::AnyStepper;
     use crate::ode::stepper::{OneStep, Stepper, TrialStep};
     use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 
@@ -258,10 +290,10 @@ mod tests {
         // What is displaced by 1 at zero velocity is displaced by −1 after half a turn, at rest.
         let mut growth = Growth::<f64, 2>::new();
         let (none, allowed) = (SMatrix::<f64, 2, 2>::zeros(), Vector2::new(1.0, 1.0));
-        growth.step((&none, None), (&trial(Vector2::new(1.0, 0.0), None), 0.5), &allowed);
+        growth.step((&none, &[]), (&trial(Vector2::new(1.0, 0.0), None), 0.5), &allowed);
         let angle = 2.6;
         let turn = Matrix2::new(0.0, angle, -angle, 0.0);
-        growth.step((&turn, None), (&trial(Vector2::zeros(), None), 0.0), &allowed);
+        growth.step((&turn, &[]), (&trial(Vector2::zeros(), None), 0.0), &allowed);
         let wanted = Vector2::new(angle.cos(), -angle.sin());
         assert!((growth.error - wanted).norm() < 0.15, "{}", growth.error);
     }
@@ -273,11 +305,20 @@ mod tests {
             let factors = [1.0, 2.0, 3.0, 4.0, 5.0, 5.0];
             factors.iter().rev().fold(1.0, |sum, factor| 1.0 + z / factor * sum)
         };
-        for z in [-3.2, -1.0, 0.5] {
-            let stepper = AnyMethod::DormandPrince.stepper(0.0);
-            let found = stepper.carried(&Vector1::new(z), &Vector1::new(2.0)).unwrap_or_default();
-            assert!((found[0] - 2.0 * polynomial(z)).abs() < 1e-13, "{z}: {found}");
+        let stepper: AnyStepper<f64, 1> = AnyMethod::DormandPrince.stepper(0.0);
+        for z in [-3.2, -1.6, 2.0] {
+            let found = own(&Vector1::new(z), &Vector1::new(2.0), stepper.stability());
+            let error = found.unwrap_or_default()[0] - 2.0 * polynomial(z);
+            assert!(error.abs() < 1e-13, "{z}: {error}");
         }
+        // Up to there it is the exponential, to 2 % here.
+        for z in [-1.4f64, 1.4] {
+            assert_eq!(own(&Vector1::new(z), &Vector1::new(2.0), stepper.stability()), None);
+            assert!((polynomial(z) / z.exp() - 1.0).abs() < 0.02);
+        }
+        // Of turns that cancel in tr A, tr A² has something left.
+        let turn = Matrix2::new(0.0, 1.4, -1.4, 0.0);
+        assert!(own(&turn, &Vector2::x(), stepper.stability()).is_some());
     }
 
     /// A trial with estimates, their second one if it has one.
@@ -293,9 +334,8 @@ mod tests {
         let mut growth = Growth::<f64, 1>::new();
         let (doubled, allowed) = (SMatrix::<f64, 1, 1>::new(2f64.ln()), Vector1::new(1e-3));
         for _ in 0..10 {
-            // Half of a tolerance each. What R leaves above a tolerance is not taken from it.
-            let own = Some(Vector1::new(2e-3));
-            growth.step((&doubled, own), (&trial(Vector1::new(-5e-4), None), 0.25), &allowed);
+            // Half of a tolerance each. What R = 1 + 10 z leaves, above a tolerance, is not taken.
+            growth.step((&doubled, &[10.0]), (&trial(Vector1::new(-5e-4), None), 0.25), &allowed);
         }
         // The approximation of e^(ln 2).
         let a = 2f64.ln() / 2.0;
@@ -303,11 +343,12 @@ mod tests {
         let wanted = 0.5 * (factor.powi(10) - 1.0) / (factor - 1.0);
         assert!((growth.greatest() / wanted - 1.0).abs() < 1e-12, "{}", growth.greatest());
         // What it leaves below one is.
-        let own = Vector1::new(-1e-6);
-        growth.step((&doubled, Some(own)), (&trial(Vector1::zeros(), None), 0.0), &allowed);
-        assert_eq!(growth.error(), &own);
+        let before = growth.error[0];
+        let nothing = [-(1.0 - 1e-7) / 2f64.ln()];
+        growth.step((&doubled, &nothing), (&trial(Vector1::zeros(), None), 0.0), &allowed);
+        assert!((growth.error[0] / before / 1e-7 - 1.0).abs() < 1e-6, "{}", growth.error);
         let unknown = SMatrix::<f64, 1, 1>::new(f64::NAN);
-        growth.step((&unknown, None), (&trial(Vector1::zeros(), None), 0.0), &allowed);
+        growth.step((&unknown, &[]), (&trial(Vector1::zeros(), None), 0.0), &allowed);
         assert_eq!(growth.greatest(), f64::INFINITY);
     }
 
@@ -316,9 +357,9 @@ mod tests {
         // Both together are a thousandth of the finer one, which is all that the first state has.
         let (fine, coarse) = (Vector2::new(1e-6, 1.0), Vector2::new(1e-6, 1e4));
         let (mut growth, none) = (Growth::new(), Matrix2::zeros());
-        growth.step((&none, None), (&trial(fine, Some(coarse)), 0.5e-6), &Vector2::repeat(1.0));
+        growth.step((&none, &[]), (&trial(fine, Some(coarse)), 0.5e-6), &Vector2::repeat(1.0));
         let wanted = 1e-6 / 1.01f64.sqrt();
-        assert!((growth.error()[0] / wanted - 1.0).abs() < 1e-12, "{}", growth.error());
-        assert!((growth.error()[1] / 1e-3 - 1.0).abs() < 1e-6, "{}", growth.error());
+        assert!((growth.error[0] / wanted - 1.0).abs() < 1e-12, "{}", growth.error);
+        assert!((growth.error[1] / 1e-3 - 1.0).abs() < 1e-6, "{}", growth.error);
     }
 }

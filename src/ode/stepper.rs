@@ -116,9 +116,9 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
         end: &Point<T, N>,
     ) -> [SMatrix<T, N, N>; 2];
 
-    /// R(hJ) e, with the stability function R of an explicit method: what a step makes of an error.
-    fn carried(&self, _: &SMatrix<T, N, N>, _: &SVector<T, N>) -> Option<SVector<T, N>> {
-        None
+    /// rₖ of the stability function R(z) = 1 + r₁z(1 + r₂z(1 + …)) of an explicit method.
+    fn stability(&self) -> &'static [f64] {
+        &[]
     }
 
     /// The dense output of a trial step, after [`Stepper::arrive`].
@@ -135,10 +135,11 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
 }
 
 /// ẋ = A x.
+#[cfg(test)]
 pub(super) struct Linear<'a, T, const N: usize>(pub(super) &'a SMatrix<T, N, N>);
 
+#[cfg(test)]
 impl<T: Scalar, const N: usize> Field<T, N> for Linear<'_, T, N> {
-    #[inline(always)]
     fn rate(&mut self, _: T, state: &SVector<T, N>) -> SVector<T, N> {
         self.0 * state
     }

@@ -51,6 +51,9 @@ impl ToleranceRange {
     /// The part of an estimate of an order q, with a tolerance ε of the step, that is taken to be
     /// its error: ten times ε^(1/q), which is about the step over the time in which states change.
     pub(super) fn part_of_estimate(&self, tolerance: f64, order: u8) -> f64 {
+        if self.part == 1.0 {
+            return 1.0;
+        }
         let short = 10.0 * rough_power(tolerance, 1.0 / f64::from(order));
         short.clamp(self.part, 1.0)
     }
