@@ -172,8 +172,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         "an unnamed model (see Bristle::name)"
     }
 
-    /// The virtual friction coefficient μ_b \[–\] of steady sliding at a velocity, signed: F_ss/P of
-    /// [`Law::SteadySliding`] for a model that obeys it.
+    /// The virtual friction coefficient μ_b \[–\] of steady sliding at a velocity, signed: the
+    /// F_ss/P of [`Law::SteadySliding`] for a model that obeys it.
     fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
         let surface = surface.into();
         self.coefficient(surface, self.stationary(surface))
@@ -221,8 +221,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(surface, deflection).rate(surface.velocity(), deflection)
     }
 
-    /// The virtual friction coefficient μ_b = F/P \[–\], the force over the reference load: F/p only
-    /// where s = 1.
+    /// The virtual friction coefficient μ_b = F/P \[–\], the force over the reference load: F/p
+    /// only where s = 1.
     #[inline]
     fn coefficient(&self, surface: impl Into<Surface<T>>, deflection: Self::Deflection) -> T {
         let surface = surface.into();
