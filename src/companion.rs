@@ -7,7 +7,7 @@
 //!
 //! z₁ = e⁻ˣ z₀ + φ1 h r v̄,  z̄ = φ1 z₀ + φ2 h r v̄,
 //!
-//! F̄ = p (c₀ z̄ + c₂ v̄) = bias + damping·v̄,  bias = p c₀ φ1 z₀,  damping = p (c₀ r φ2 h + c₂).
+//! F̄ = P (c₀ z̄ + c₂ v̄) = bias + damping·v̄,  bias = P c₀ φ1 z₀,  damping = P (c₀ r φ2 h + c₂).
 //!
 //! In circuit simulation this is called a companion model. The mechanism puts the two numbers into
 //! its own update and solves that for its new velocity, often in closed form; the deflection
@@ -33,17 +33,17 @@
 //! | v\* | velocity predicted for the middle of the step | m/s |
 //! | z₀, z₁, z̄ | deflection before and after the step, and averaged over it | m |
 //! | x = λh | step in relaxation times; φ1 = (1 − e⁻ˣ)/x, φ2 = (1 − φ1)/x | – |
-//! | p | reference load, which is the normal force if that is constant | N |
+//! | P, p | reference load, which is the normal force p if that is constant | N |
 //! | λ, r, c₀, c₂, K | coefficients and storage stiffness, see [`Affine`] | 1/s, –, 1/m, s/m, 1/m |
 //! | F̄ | friction force averaged over the step | N |
-//! | W = ½ p K z² | stored energy | J |
+//! | W = ½ P K z² | stored energy | J |
 //! | D | dissipated energy | J |
 //!
 //! # Energy
 //!
 //! Integrated over the step, for every v\*, v̄, h and z₀,
 //!
-//! h F̄ v̄ = W₁ − W₀ + D,  D = p (K λ∫z² dt + (c₀ − K r) h z̄ v̄ + c₂ h v̄²),
+//! h F̄ v̄ = W₁ − W₀ + D,  D = P (K λ∫z² dt + (c₀ − K r) h z̄ v̄ + c₂ h v̄²),
 //!
 //! λ∫z² dt = x z̄² + ½ L(x/2) (z₁ − z₀)²,  L(y) = coth y − 1/y ≥ 0 for y ≥ 0.
 //!
@@ -58,7 +58,7 @@
 //! # LuGre
 //!
 //! Here r = 1 and c₀ = σ0 − σ1λ, which is negative at high speed. The damping is not: because of x
-//! φ2 = 1 − φ1 it is p (σ0φ2 h + σ1φ1 + σ2). It is computed in this form, the spring apart from
+//! φ2 = 1 − φ1 it is P σ0φ2 h + p (σ1φ1 + σ2). It is computed in this form, the spring apart from
 //! the rest, by [`HeldWeights::driven_damping`], which avoids cancellation.
 //!
 //! LuGre has no such energy balance: c₀ − K r = −σ1λ, and D ≥ 0 is certain only where
@@ -119,7 +119,7 @@ use crate::{Affine, Bristle, Contact, Reloaded, Scalar, Surface};
 /// Position, velocity and deflection are of second order in h if v\* is the velocity at the middle
 /// of the step up to O(h²): from a [`VelocityHistory`], or v₀ + (h/2) a₀ with the acceleration a₀.
 /// The latter has half the error where the step resolves the oscillation of a stuck mass on its
-/// bristles, ω² = σ0 p/m, and misleads where it does not. With v\* = v₀ the step is of first order.
+/// bristles, ω² = P σ0/m, and misleads where it does not. With v\* = v₀ the step is of first order.
 ///
 /// Solving twice, the second time with `step(v̄, z, h)` of the v̄ found first, costs twice as much
 /// and keeps order and balance. In smooth motion of this rig the velocity is about ten times as
@@ -269,7 +269,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         }
         let (storage_stiffness, normal_force) =
             (model.storage_stiffness(), self.contact.reference_load());
-        // p (c₀ z̄ + c₂ v̄) = p K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal
+        // P (c₀ z̄ + c₂ v̄) = P K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal
         // numbers.
         let stiffness = affine.stiffness * normal_force;
         let springs = storage_stiffness.scaled_by(affine.drive) * normal_force;
@@ -374,7 +374,7 @@ pub struct PointMass<T> {
 pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     bias: T,
     damping: T,
-    /// Bias and damping beyond p K r z̄.
+    /// Bias and damping beyond P K r z̄.
     rest_bias: T,
     rest_damping: T,
     affine: Affine<T, D>,
@@ -431,7 +431,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         self.deflection
     }
 
-    /// The reference load p \[N\]: F̄ = p (c₀ z̄ + c₂ v̄), W = ½ p K z².
+    /// The reference load P \[N\]: F̄ = P (c₀ z̄ + c₂ v̄), W = ½ P K z².
     #[inline]
     pub fn reference_load(&self) -> T {
         self.normal_force
@@ -508,8 +508,8 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// says that the friction may feed energy into the mechanism.
     ///
     /// It does for FrBD with a bristle of constant stiffness, Dahl and elasto-plastic FrBD. LuGre's
-    /// may not at high speed, nor FrBD's with a stiffness that varies. Of several springs with a
-    /// stiffness that varies it is not known.
+    /// may not at high speed, nor FrBD's with a stiffness that varies. For several springs with a
+    /// stiffness that varies it is not known, and the answer is `false`.
     pub fn is_passive(&self) -> bool {
         let Affine { relaxation, drive, stiffness, damping } = self.affine;
         let excess = stiffness - self.storage_stiffness.scaled_by(drive);
@@ -567,7 +567,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
 ///
 /// For models with c₀ = K r the terms are |work| + W₀ + W₁. A step that moves the bristle by less
 /// than ε z stores nothing, whatever the work: of the work alone the error of short steps has no
-/// bound. For others p h |v̄| (|c₀ − K r| |z̄| + c₂ |v̄|) comes to that, of LuGre p σ1 h v̄² and
+/// bound. For others P h |v̄| (|c₀ − K r| |z̄| + c₂ |v̄|) comes to that, of LuGre p σ1 h v̄² and
 /// p σ1λ h z̄ v̄: in fast sliding these nearly cancel, and can exceed the energies by orders of
 /// magnitude.
 ///
@@ -597,7 +597,7 @@ pub struct CompletedStep<T, D = T, F = T> {
 ///
 /// Without the exception a step too long for the oscillation of a stuck mass feeds it: a body that
 /// should stand on a slope creeps by millimetres a second for ever. A reversal costs one prediction
-/// of first order, which leaves the order of the run.
+/// of first order, which keeps the run of second order.
 ///
 /// ```
 /// use bristle::companion::VelocityHistory;
@@ -619,8 +619,8 @@ pub struct VelocityHistory<T> {
 impl<T: Scalar> VelocityHistory<T> {
     /// Begins with a constant velocity [m/s]. Begin again after a jump of the velocity, such as an
     /// impact. At a kink of the velocity (a jump of the acceleration, as at a reversal) go on with
-    /// [`push`](Self::push): one prediction is then off by half a step times the jump, which leaves
-    /// the order of the run.
+    /// [`push`](Self::push): one prediction is then off by half a step times the jump, which keeps
+    /// the run of second order.
     pub fn new(velocity: T) -> Self {
         Self { last: velocity, change: T::zero() }
     }

@@ -35,6 +35,9 @@ use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 ///
 /// F = P (σ0 z + σ1 ż),  ż = (s μ(v) v − σ0 |v| z)/(σ1 |v| + s μ(v))
 ///
+/// Only [`LuGre`](crate::LuGre)'s damping follows the load, p σ1 and p σ2: with P σ1 the σ2 that
+/// passivity needs would grow as 1/s.
+///
 /// The stored energy does not depend on p, so that a passive model stays passive for every p(t),
 /// and a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the
 /// load falls below what a stuck bristle carries, the bristle slips back.
@@ -173,7 +176,8 @@ impl<T: Scalar> LoadChange<T> {
     /// The share \[–\] that is left of K·x = Σ Kᵢ xᵢ \[–\], which the springs of a model have
     /// `carried`: [`LoadChange::kept`] with γ = |K·x| over the [`Bristle::holding_coefficient`] of
     /// the `surface` after the change, that is of the velocity with the scale p'/P
-    /// ([`Surface::scaled`]).
+    /// ([`Surface::scaled`]). Multiply the deflection of a single spring by it. Do not multiply
+    /// several stretches: they all shift by the same length, see [`Contact::reloaded`].
     #[inline]
     pub fn kept_by<M: Bristle<T>>(&self, model: &M, surface: Surface<T>, carried: T) -> T {
         if self.after >= self.before {
@@ -221,8 +225,8 @@ impl<T: Scalar, M> Contact<T, M> {
     }
 
     /// The contact whose stiffness and damping [1/m, s/m] were measured under another load P \[N\]
-    /// than its normal force p: the bristles have P σ0 [N/m] and P σ1 [N s/m], and the friction is
-    /// p μ(v). Call it once, after [`Bristle::under_load`].
+    /// than its normal force p: the bristles have P σ0 [N/m] and P σ1 [N s/m] (LuGre's p σ1, see
+    /// [`Contact`]), and the friction is p μ(v). Call it once, after [`Bristle::under_load`].
     ///
     /// # Errors
     ///
@@ -312,9 +316,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// A deflection that the surface still holds stays as it is. If the load falls below what the
     /// bristle carries, the bristle slips back, and of the force of its springs the share
-    /// min(1, max(s'/γ, s'/s)) is left. Here s = p/P and s' = p'/P are the friction scales,
-    /// γ = |Σ Kᵢ xᵢ|/B, and B \[–\] is the largest μ up to the speed of `velocity` [m/s]. Without a
-    /// load nothing is left.
+    /// min(1, max(1/γ, p'/p)) is left. Here γ = |Σ Kᵢ xᵢ|/(s' B) is what they carry over what the
+    /// surface holds under the new scale s' = p'/P, and B \[–\] is the largest μ up to the speed of
+    /// `velocity` [m/s]. Without a load nothing is left.
     ///
     /// For steps under a load that varies, take the load at the middle of each step, and the
     /// velocity that is predicted for it: deflections are then of second order in its length, and
@@ -564,7 +568,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) s μ(v)/σ0 \[m\],
-    /// with sgn_ε(v) = v/|v|_ε.
+    /// with sgn_ε(v) = v/|v|_ε and, in LuGre, g for μ; see [`Bristle::stationary`].
     pub fn stationary(&self, surface: impl Into<Surface<T>>) -> M::Deflection {
         self.model.stationary(self.surface(surface))
     }

@@ -111,14 +111,13 @@ impl<T: Scalar> Sliding<T> {
 
     /// Velocity, speed and direction, as plain numbers for a call that is not inlined.
     #[inline(always)]
-    pub fn parts(self) -> (T, T, T) {
+    pub(crate) fn parts(self) -> (T, T, T) {
         (self.velocity, self.speed, self.direction)
     }
 
-    /// From [`parts`](Self::parts): velocity, speed and direction that belong together. Nothing is
-    /// checked.
+    /// From parts that belong together.
     #[inline(always)]
-    pub fn from_parts(velocity: T, speed: T, direction: T) -> Self {
+    pub(crate) fn from_parts(velocity: T, speed: T, direction: T) -> Self {
         Self { velocity, speed, direction }
     }
 

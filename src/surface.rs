@@ -15,8 +15,10 @@ use crate::{Branch, Scalar, Sliding};
 ///
 /// The scale multiplies the friction curve, μ → s μ, and leaves the stiffness as it was measured,
 /// under the reference load P. A model of your own asks the surface for the values of its curve
-/// ([`Surface::friction`], [`Surface::apply`]) and gets them scaled. The velocity on its branch is
-/// not given out, so that a model that takes its curve past the scale does not compile.
+/// ([`Surface::friction`], [`Surface::apply`]) and gets them scaled. Velocity, speed and direction
+/// are given out as numbers, but not the [`Sliding`] that a curve takes: a model that hands its
+/// surface to the curve, past the scale, does not compile (the second example). One that takes
+/// [`Surface::velocity`] for that does, and loses scale and branch.
 ///
 /// ```
 /// use bristle::Surface;

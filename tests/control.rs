@@ -778,7 +778,7 @@ fn the_bound_per_count_includes_the_viscous_part_and_excludes_regularised_models
     for (h, tau) in [(1e-3, 0.0), (1e-4, 0.0), (1e-5, 0.0), (1e-4, 1e-4), (1e-5, 3e-4)] {
         let mut compensator = of(h, tau);
         let bound = compensator.step_per_count(count).unwrap();
-        // s p q (σ0 (1 + μ_s/μ_d) + 2 σ2 w/h), w/h = 1/(τ + h)
+        // η P q (σ0 (1 + μ_s/μ_d) + 2 σ2/(τ + h))
         let wanted = 0.5 * LOAD * count * (1e4 * 2.5 + 2.0 * 0.4 / (tau + h));
         assert!((bound - wanted).abs() < 1e-12 * wanted, "{bound} {wanted}");
         let mut last = compensator.step(0.0).force;

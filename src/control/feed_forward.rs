@@ -1,7 +1,7 @@
 //! Compensation from the reference: the friction that the mechanism has if it follows the
 //! reference.
 //!
-//! z ← exact step of the bristle at v_ref over h,  u = s F̄
+//! z ← exact step of the bristle at v_ref over h,  force given out: η F̄
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -9,7 +9,7 @@
 //! | h | sample time | s |
 //! | z | deflection of the bristle | m |
 //! | F̄ | friction force averaged over that sample | N |
-//! | u, s | force that is given out, share | N, – |
+//! | η | share that is compensated | – |
 //!
 //! No measurement enters, so that nothing can chatter, hunt or become unstable through it, at any
 //! share and sample time. In return it does not notice that the mechanism is stuck or elsewhere,
@@ -30,11 +30,11 @@ pub struct FeedForwardParameters<T: Scalar, M> {
     pub sample_time: T,
     /// Speed \[m/s\] that no reference exceeds, positive: a faster one is refused as a fault.
     pub fastest: T,
-    /// Share s and largest force.
+    /// Share η and largest force.
     pub output: OutputParameters<T>,
 }
 
-/// Compensation driven by the velocity of the reference: u = s F̄, with the friction F̄ that the
+/// Compensation driven by the velocity of the reference: η F̄, with the friction F̄ that the
 /// axis will have over the coming sample if it follows its reference. For axes that do, or whose
 /// encoder is too coarse for a [`FeedbackCompensator`](super::FeedbackCompensator).
 ///

@@ -1,38 +1,40 @@
 //! Compensation from the measured position, without chatter around zero velocity.
 //!
-//! A bristle is moved by distance, not by time: along a displacement Δx at speed s
+//! A bristle is moved by distance, not by time: along a displacement Δx
 //!
-//! dz/dx = r(s) − sgn(Δx) (λ(s)/s) z,
+//! dz/dx = r − sgn(Δx) (λ/|v_f|) z,
 //!
-//! which is the exact step of length |Δx|/s at the velocity s sgn Δx. The compensator takes Δx from
-//! the encoder, with its quantisation, and only the speed at which the curve is read from a filter:
+//! which is the exact step of length |Δx|/|v_f| at the velocity |v_f| sgn Δx. The compensator takes
+//! Δx from the encoder, with its quantisation, and only the speed |v_f| at which the curve is read
+//! from a filter:
 //!
-//! F̂ = p (K z + σ2 v_f),  or with the micro-damping  F̂ = p (c₀(v_f) z + c₂(v_f) v_f)
+//! F̂ = P K z + p σ2 v_f,  or with the micro-damping  F̂ = P (c₀(v_f) z + c₂(v_f) v_f)
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | Δx | measured displacement since the last good sample | m |
-//! | v_f, s | filtered velocity, and its modulus | m/s |
+//! | v_f | filtered velocity | m/s |
 //! | z | deflection | m |
 //! | λ, r, c₀, c₂ | coefficients of the model, see [`Affine`](crate::Affine) | 1/s, –, 1/m, s/m |
-//! | K, p | stiffness of the stored energy, normal force | 1/m, N |
+//! | K | stiffness of the stored energy | 1/m |
+//! | p, P | normal force; reference load, p if that is constant | N |
 //! | σ2 | viscous friction outside the bristle, of classical LuGre | s/m |
 //! | q | size of one encoder count | m |
 //!
 //! At rest Δx is zero, and z and the elastic force do not change. An encoder that flickers by
-//! one count moves z by at most q (r + (λ/s)|z|) ≤ q (1 + max μ/min μ), at any sample time, where a
-//! sign would switch the whole friction: see [`FeedbackCompensator::step_per_count`]. This needs an
-//! exact modulus. A regularised model creeps, and has no such bound.
+//! one count moves z by at most q (r + (λ/|v_f|) |z|) ≤ q (1 + max μ/min μ), at any sample time,
+//! where a sign would switch the whole friction: see [`FeedbackCompensator::step_per_count`]. This
+//! needs an exact modulus. A regularised model creeps, and has no such bound.
 //!
 //! The micro-damping force σ1 ż follows the velocity and has no such bound either. It is left out
 //! by default; with [`MicroDamping::Filtered`] it is computed from the filtered velocity. In steady
 //! sliding it is zero.
 //!
 //! Two compensators of one model that see the same displacements converge from any initial
-//! deflection: their difference obeys dz̃/dx = −sgn(Δx)(λ/s) z̃. This needs no gain and no
+//! deflection: their difference obeys dz̃/dx = −sgn(Δx) (λ/|v_f|) z̃. This needs no gain and no
 //! knowledge of the controller.
 //!
-//! In the loop, feedback acts as a negative stiffness: over-compensation by ε leaves −ε K p. The
+//! In the loop, feedback acts as a negative stiffness: over-compensation by ε leaves −ε P K. The
 //! controller must outweigh it with a stiffness of its own, or the loop hunts around its target.
 
 use super::output::{Compensation, Output, OutputParameters};
@@ -49,15 +51,15 @@ use crate::{Bristle, Contact, Scalar};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum MicroDamping {
-    /// F̂ = p (K z + σ2 v_f): σ1 ż stays in the mechanism, where it damps the stuck axis. Begin
+    /// F̂ = P K z + p σ2 v_f: σ1 ż stays in the mechanism, where it damps the stuck axis. Begin
     /// with this. The force at rest changes by a bounded step for each encoder count, see
     /// [`FeedbackCompensator::step_per_count`].
     #[default]
     Uncompensated,
-    /// F̂ = p (c₀(v_f) z + c₂(v_f) v_f): the whole force of the model, with ż computed from the
+    /// F̂ = P (c₀(v_f) z + c₂(v_f) v_f): the whole force of the model, with ż computed from the
     /// filtered velocity v_f. A little better at reversals. Each count then adds a force of the
-    /// order of s p σ1 q/(τ + h), with the time constant τ of the filter: take it if that is quiet
-    /// enough.
+    /// order of η P σ1 q/(τ + h), with the share η and the time constant τ of the filter: take it
+    /// if that is quiet enough.
     Filtered,
 }
 
@@ -72,11 +74,11 @@ pub struct FeedbackParameters<T: Scalar, M> {
     pub velocity: VelocityFromPositionParameters<T>,
     /// Whether the micro-damping force is compensated too.
     pub damping: MicroDamping,
-    /// Share s and largest force.
+    /// Share η and largest force.
     pub output: OutputParameters<T>,
 }
 
-/// Compensation driven by the measured displacement: u = s F̂, with the friction F̂ of a bristle
+/// Compensation driven by the measured displacement: η F̂, with the friction F̂ of a bristle
 /// that is moved by the encoder's Δx. At rest the force stays as it is, whatever the noise of a
 /// velocity would be. For an encoder with ten counts or more in the elastic displacement μ_s/σ0.
 ///
@@ -183,12 +185,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     }
 
     /// Upper bound of the change of the force \[N\] from one sample to the next if the encoder
-    /// flickers by one count q \[m\] at rest: s p q (K (1 + max μ/min μ) + 2 σ2 w/h), where w =
-    /// h/(τ + h) is the weight of a new velocity in the filter.
+    /// flickers by one count q \[m\] at rest: η P q (K (1 + max μ/min μ) + 2 σ2/(τ + h)), with the
+    /// share η, the sample time h and the time constant τ of the filter.
     ///
     /// The first part comes from the elastic force, at any velocity up to the fastest. The second,
     /// of classical LuGre only, comes from the filtered velocity, which one count up and one count
-    /// down change by at most 2 w q/h.
+    /// down change by at most 2 q/(τ + h). It is counted at p = P: under a larger load it is
+    /// p/P times that.
     ///
     /// `None` where no such bound exists: for a model that gives no characteristics, with
     /// compensated micro-damping, for a regularised model (whose relaxation per distance has no

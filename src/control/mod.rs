@@ -1,21 +1,22 @@
 //! Friction compensation in a control loop: the force that is added to an actuator's, sample by
 //! sample, so that friction is felt less.
 //!
-//! A mechanism m v̇ = u − F is given u = u_c + s F̂, with the force F̂ of a friction model:
+//! A mechanism m v̇ = u − F is given u = u_c + η F̂, with the force F̂ of a friction model:
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | m | mass | kg |
-//! | u, u_c | force of the actuator, and the controller's part of it | N |
+//! | u, u_c, η F̂ | force of the actuator; the parts of controller and compensator | N |
 //! | F, F̂ | friction force and its estimate, positive against v > 0 | N |
-//! | s | share that is compensated | – |
+//! | η | share that is compensated | – |
 //! | h | sample time | s |
 //! | x, v | measured position and velocity | m, m/s |
 //! | q | size of one encoder count | m |
 //! | x_ref, e | reference, tracking error e = x − x_ref | m |
 //! | K_p, K_d, K_i | gains of a PID controller on e | N/m, N s/m, N/(m s) |
-//! | ε = s − 1 | over-compensation | – |
-//! | p, σ0, μ_s | normal force, bristle stiffness, static friction coefficient | N, 1/m, – |
+//! | ε = η − 1 | over-compensation | – |
+//! | p, P | normal force; reference load of the [`Contact`](crate::Contact), p if that is constant | N |
+//! | σ0, μ_s | bristle stiffness, static friction coefficient | 1/m, – |
 //!
 //! # Which one
 //!
@@ -25,14 +26,14 @@
 //! | each sample needs | v_ref | x | x and x_ref |
 //! | must be known | – | – | m, K_p, K_d, K_i |
 //! | take it if | the axis follows its reference closely | the encoder has ten counts or more in the elastic displacement μ_s/σ0; under any controller | the controller is a PID, and e shall correct the model |
-//! | not if | the axis sticks, or is pushed aside | ε p σ0 > K_p | K_d ≤ α m or K_i ≥ α K_p |
+//! | not if | the axis sticks, or is pushed aside | ε P σ0 > K_p | K_d ≤ α m or K_i ≥ α K_p |
 //! | models, of one spring | all | all | not elasto-plastic, not implicit |
 //!
 //! *Feed-forward* measures nothing, so that nothing can hunt through it. It reverses its force with
 //! the reference, even if the axis is stuck or still moves the other way.
 //!
 //! *Feedback* forgets a wrong deflection at the start once the axis has slid a few times μ_s/σ0. In
-//! the loop it is a negative stiffness ε p σ0.
+//! the loop it is a negative stiffness ε P σ0.
 //!
 //! *The observer* does the same, and lets e correct the deflection, at a standstill too: it pushes
 //! an axis that is stuck behind its reference. It belongs to a PID controller with the feed-forward
@@ -41,7 +42,7 @@
 //! hardly: the page `docs/control-loop.md` compares them, and goes from a datasheet to a running
 //! compensator.
 //!
-//! The modules have each law with its derivation. All three give s F̂ as [`OutputParameters`] say,
+//! The modules have each law with its derivation. All three give η F̂ as [`OutputParameters`] say,
 //! and answer with a [`Compensation`]; `reload` changes the normal force, `change` all else. The
 //! encoder in the last two is a [`VelocityFromPosition`].
 //!
@@ -62,7 +63,7 @@
 //!
 //! # Why not a sign
 //!
-//! Static compensation, s p μ(v) sgn v, is the baseline of the literature and takes one line:
+//! Static compensation, η p μ(v) sgn v, is the baseline of the literature and takes one line:
 //! `share * normal_force * curve.at(v) * v.signum()`. Around zero velocity friction is no function
 //! of the velocity: a stuck contact carries any force up to breakaway. A sign switches the whole
 //! friction with the noise or, with a dead band, gives nothing while the mechanism sticks.

@@ -6,53 +6,56 @@
 //! u = m a_ref − K_p e − K_d ė − K_i ∫e dt + F̂.
 //!
 //! The observer is the friction model with its coefficients at the measured velocity,
-//! F = p (c₀ z + c₂ v), ż = −λ z + r v, and a correction, in one of two ways:
+//! F = P (c₀ z + c₂ v), ż = −λ z + r v, and a correction, in one of two ways:
 //!
 //! | [`Injection`] | estimate | condition |
 //! |---|---|---|
-//! | `Velocity` | dẑ/dt = −λẑ + r w, F̂ = p (c₀ẑ + c₂w), w = v − k(ė + αe) | K_d > αm, K_i < αK_p |
-//! | `Position` | dẑ/dt = −λ ẑ + r v − k e, F̂ = p (c₀ ẑ + c₂ v − σ1 k e) | both with α = σ0/σ1 |
+//! | `Velocity` | dẑ/dt = −λẑ + r w, F̂ = P (c₀ẑ + c₂w), w = v − k(ė + αe) | K_d > αm, K_i < αK_p |
+//! | `Position` | dẑ/dt = −λ ẑ + r v − k e, F̂ = P (c₀ ẑ + c₂ v − σ1 k e) | both with α = σ0/σ1 |
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | z, ẑ, z̃ = z − ẑ | deflection, its estimate, the estimate's error | m |
 //! | F̂, F̃ = F − F̂ | estimate of the friction force, its error | N |
-//! | e, ė, q = ∫e dt | tracking error, its rate, its integral | m, m/s, m s |
+//! | e, ė, E = ∫e dt | tracking error, its rate, its integral | m, m/s, m s |
 //! | K_p, K_d, K_i | gains of the controller | N/m, N s/m, N/(m s) |
 //! | k | gain of the injection: by velocity –, by position 1/s | |
 //! | α | corner rate of the injection | 1/s |
 //! | y = ė + α e | what is injected by velocity | m/s |
 //! | m | mass | kg |
+//! | p, P | normal force; reference load, p if that is constant | N |
 //! | λ, r, c₀, c₂, K | coefficients of the model and stiffness of its storage, see [`Affine`] | |
 //! | σ0, σ1, σ2 | micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
 //!
 //! # Why it converges
 //!
-//! *By velocity.* Subtract: dz̃/dt = −λ z̃ + r (k y), F̃ = p (c₀ z̃ + c₂ (k y)). The error is a
+//! *By velocity.* Subtract: dz̃/dt = −λ z̃ + r (k y), F̃ = P (c₀ z̃ + c₂ (k y)). The error is a
 //! friction element of its own, whose velocity is k y and whose coefficients vary in time as
-//! λ(v(t)) does. Let W̃ = ½ p K z̃². Then
+//! λ(v(t)) does. Let W̃ = ½ P K z̃². Then
 //!
-//! k F̃ y − dW̃/dt = p (K λ z̃² + (c₀ − K r) z̃ (k y) + c₂ (k y)²) = D.
+//! k F̃ y − dW̃/dt = P (K λ z̃² + (c₀ − K r) z̃ (k y) + c₂ (k y)²) = D.
 //!
 //! For FrBD c₀ = K r, and D ≥ 0 whatever v(t) is: the error of an FrBD observer is passive because
 //! the model is, for every curve, σ0, σ1 and k > 0. For LuGre c₀ − K r = −σ1 λ, and D ≥ 0 for all
 //! z̃, y if and only if σ1² λ(v) ≤ 4 σ0 (σ1 + σ2), that is up to a certain speed.
 //!
-//! The loop answers with m ë + K_d ė + K_p e + K_i q = −F̃, q̇ = e. With
+//! The loop answers with m ë + K_d ė + K_p e + K_i E = −F̃. With
 //!
-//! V = ½ m ė² + α m e ė + ½ (K_p + α K_d) e² + K_i e q + ½ α K_i q²,
+//! V = ½ m ė² + α m e ė + ½ (K_p + α K_d) e² + K_i e E + ½ α K_i E²,
 //!
 //! dV/dt = −(K_d − α m) ė² − (α K_p − K_i) e² − F̃ y, and V > 0 under the conditions of the table.
-//! In other words (s + α)/(m s² + K_d s + K_p + K_i/s) is positive real, strictly so without K_i.
+//! In other words (s + α)/(m s² + K_d s + K_p + K_i/s), with the Laplace variable s, is positive
+//! real, strictly so without K_i.
 //!
 //! Add the two: W̃/k + V never rises, and falls as long as e or ė is not zero, so that e, ė → 0.
 //! Where λ = 0, in a standing bristle, z̃ stays as it is once e is zero: then F̃ is balanced by K_i
-//! q, and is zero without K_i.
+//! E, and is zero without K_i.
 //!
-//! *By position*, as Canudas de Wit and others did for LuGre: dz̃/dt = −λ z̃ + k e, F̃ = p (σ0 z̃ +
-//! σ1 dz̃/dt), so that e = −G z̃ with G = p (σ1 s + σ0)/(m s² + K_d s + K_p + K_i/s). It converges
+//! *By position*, as Canudas de Wit and others did for LuGre: dz̃/dt = −λ z̃ + k e, F̃ = P (σ0 z̃ +
+//! σ1 dz̃/dt), so that e = −G z̃ with G = P (σ1 s + σ0)/(m s² + K_d s + K_p + K_i/s). It converges
 //! if G is strictly positive real. Because c₀ = σ0 − σ1 λ in FrBD as well, and r and the velocity
-//! drop out of the difference, the theorem holds for FrBD unchanged.
+//! drop out of the difference, the theorem holds for FrBD unchanged; for LuGre,
+//! whose σ1 follows the load, at p = P.
 //!
 //! From Re G(jω) ∝ σ0 K_p − σ1 K_i + ω² (σ1 K_d − σ0 m) follow the conditions: the bristle's own
 //! corner σ0/σ1 takes the place of α. (With K_i, G is zero at ω = 0, and only positive real.) The
@@ -106,8 +109,8 @@ use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 ///
 /// | | K_p [N/m] | K_d [N s/m] | K_i [N/(m s)] |
 /// |---|---|---|---|
-/// | `Velocity` | p k (σ0 + α σ1) | p k σ1 | p k α σ0 |
-/// | `Position` | p k σ1 | – | p k σ0 |
+/// | `Velocity` | P k (σ0 + α σ1) | P k σ1 | P k α σ0 |
+/// | `Position` | P k σ1 | – | P k σ0 |
 ///
 /// until ẑ is at its limit. Choose k so that the sums are gains that you would give the controller
 /// at this sample time.
@@ -205,8 +208,8 @@ pub struct ObserverParameters<T: Scalar, M> {
     pub mass: T,
     /// Gain K_p [N/m] of the controller on the position, positive.
     pub proportional_gain: T,
-    /// Gain K_d [N s/m] of the controller on the velocity, positive. It includes the viscous
-    /// damping of the mechanism.
+    /// Gain K_d [N s/m] of the controller on the velocity, positive, plus any linear damping of the
+    /// mechanism that is not in the friction model.
     pub derivative_gain: T,
     /// Gain K_i [N/(m s)] of the controller on the integral of the position, zero for none.
     pub integral_gain: T,
@@ -215,7 +218,7 @@ pub struct ObserverParameters<T: Scalar, M> {
     /// The encoder: sample time, filter of the velocity, fastest speed, size of a count. LuGre's
     /// condition and the limit of the deflection depend on the fastest speed.
     pub velocity: VelocityFromPositionParameters<T>,
-    /// Share s and largest force. The theorems assume a share of one.
+    /// Share η and largest force. The theorems assume a share of one.
     pub output: OutputParameters<T>,
 }
 
@@ -256,8 +259,8 @@ fn fits<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>(
 /// fault the first time.
 const JUMP: f64 = 1e3;
 
-/// Compensation by an observer of the deflection: u = s F̂, with the estimate F̂ = p (c₀ ẑ + c₂ v)
-/// of a bristle that follows the measured displacement and is corrected by the tracking error, as
+/// Compensation by an observer of the deflection: η F̂, with the estimate F̂ of the [module](self)
+/// for a bristle that follows the measured displacement and is corrected by the tracking error, as
 /// [`Injection`] says. It is for a PID controller with the feed-forward m a_ref: given its gains,
 /// [`new`](Self::new) checks the conditions under which the tracking error vanishes.
 ///
@@ -330,9 +333,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// Refuses parameters out of their ranges, α m ≥ K_d, and K_i ≥ α K_p. [`Injection::Position`]
     /// needs σ1 > 0, and has α = σ0/σ1. With [`Injection::Velocity`], LuGre is refused if the
     /// fastest speed breaks σ1² λ ≤ 4 σ0 (σ1 + σ2). Refuses a model whose difference from an
-    /// estimate is not linear (its [`Form`] is not [`Form::OfVelocity`]), and one that has neither
-    /// the laws [`Law::Secant`] and [`Law::Passivity`] nor LuGre's coefficients c₀ = K r − σ1 λ and
-    /// c₂ = σ1 + σ2, with what [`Bristle::characteristics`] tells. By position c₀ = σ0 − σ1 λ.
+    /// estimate is not linear (its [`Form`] is not [`Form::OfVelocity`]). Of the others
+    ///
+    /// - by velocity it takes those that obey [`Law::Secant`] and [`Law::Passivity`] (Dahl, FrBD of
+    ///   constant stiffness), and those with LuGre's c₀ = K r − σ1 λ and c₂ = σ1 + σ2;
+    /// - by position those with c₀ = σ0 − σ1 λ (FrBD with a Kelvin–Voigt bristle, LuGre), σ1 > 0.
+    ///
+    /// The σ1 and σ2 are those of [`Bristle::characteristics`].
     pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
         let fastest = Named("fastest", velocity.fastest).positive()?;
@@ -371,10 +378,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// After refused positions ė is the mean rate since the last good one. After a restart (see
     /// [`VelocityFromPosition::step`]) ė starts again at zero.
     ///
-    /// A reference is refused if it is not finite, or if it jumps for the first time by more than a
+    /// A reference is refused if it is not finite, or if e jumps in one sample by more than a
     /// thousand times what the fastest speed allows. The bristle then follows the measured
-    /// displacement without a correction. A jump by d that is not refused moves the estimate by up
-    /// to k d, within its limit: give the observer smooth references.
+    /// displacement without a correction. If the next e is within that of the refused one, it is
+    /// taken, and ė stays as it was before the jump. A jump by d that is not refused moves the
+    /// estimate by up to k d, within its limit: give the observer smooth references.
     #[inline]
     pub fn step(&mut self, position: T, reference: T) -> Compensation<T> {
         let moved = self.position.step(position);

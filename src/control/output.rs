@@ -4,12 +4,12 @@ use crate::parameter::{Named, ParameterError};
 use crate::{Bristle, Contact, Scalar};
 
 /// How a compensator turns its estimate F̂ \[N\] of the friction into the force that it gives out:
-/// u = s F̂, cut to ± `largest_force`.
+/// η F̂, cut to ± `largest_force`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct OutputParameters<T> {
-    /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth
+    /// Share η \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth
     /// too much. Between 0 and 2: at 2 the friction is turned around. Begin with 0.9.
     pub share: T,
     /// Largest force \[N\] that is given out, positive: what the actuator can spare beside the
@@ -21,8 +21,8 @@ pub struct OutputParameters<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use = "the force has to be added to the controller's"]
 pub struct Compensation<T> {
-    /// Force u \[N\] to add to the controller's, over the sample that begins now: positive against
-    /// a friction that brakes v > 0.
+    /// Force η F̂ \[N\] to add to the controller's, over the sample that begins now: positive
+    /// against a friction that brakes v > 0.
     pub force: T,
     /// Deflection of the model's bristle \[m\] now, for a chart or a monitor.
     pub deflection: T,

@@ -1,4 +1,4 @@
-//! Displacement and velocity from an encoder, and how a bristle follows the displacement.
+//! Displacement and velocity from an encoder.
 //!
 //! w = (x_n − x_(n−1))/h,  v_f ← v_f + (w − v_f) h/(τ + h)
 //!
@@ -152,13 +152,12 @@ impl<T: Scalar> VelocityFromPosition<T> {
         Some(sample)
     }
 
-    /// Takes a displacement \[m\] since the last call, such as a difference of counts times the
-    /// size of a count: in `f32`, the difference of two positions far from zero has lost its
-    /// digits. Call either this or [`VelocityFromPosition::step`], not both in turn.
+    /// Takes a displacement \[m\] since the last call with a finite one, such as a difference of
+    /// counts times the size of a count: in `f32`, the difference of two positions far from zero
+    /// has lost its digits. Call either this or [`VelocityFromPosition::step`], not both in turn.
     ///
     /// Displacements that were refused for being too large are remembered, so that a glitch and the
-    /// way back from it cancel. After one that is not finite, the next is taken as the displacement
-    /// since the call before it.
+    /// way back from it cancel. After a NaN hand in the displacement since the call before the NaN.
     #[inline]
     #[must_use = "`None` is a refused sample"]
     pub fn advance(&mut self, displacement: T) -> Option<MotionSample<T>> {
@@ -215,9 +214,9 @@ const SLOWEST: f64 = 1e-3;
 /// The coefficients of a bristle that is moved by a displacement, with the curve read at another
 /// speed.
 ///
-/// A bristle is moved by distance: along a displacement dx at speed s, dz/dx = r(s) − sgn(dx)
-/// (λ(s)/s) z. Over a sample with the secant velocity w this is the step of a held velocity w with
-/// the relaxation rate λ(s)|w|/s. The speed s is the modulus of the smooth velocity \[m/s\], its
+/// A bristle is moved by distance: along a displacement dx at speed u, dz/dx = r(u) − sgn(dx)
+/// (λ(u)/u) z. Over a sample with the secant velocity w this is the step of a held velocity w with
+/// the relaxation rate λ(u)|w|/u. The speed u is the modulus of the smooth velocity \[m/s\], its
 /// direction that of w.
 #[inline]
 pub(super) fn along<T: Scalar, M: Bristle<T, Deflection = T>>(

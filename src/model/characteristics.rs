@@ -38,7 +38,9 @@ pub struct Characteristics<T> {
     /// The viscous friction [s/m] without which the model is not passive, where there is such a
     /// threshold: σ1 (μ_s − μ_d)/μ_d for classical LuGre.
     pub needed_viscous_friction: Option<T>,
-    /// Regularised speed at rest |0|_ε [m/s]: √ε, or zero for an exact modulus.
+    /// Regularised speed at rest |0|_ε [m/s]: √ε of
+    /// [`SquareRoot`](crate::regularisation::SquareRoot), v_t of
+    /// [`HyperbolicTangent`](crate::regularisation::HyperbolicTangent), zero for an exact modulus.
     pub speed_at_rest: T,
     /// Deflection \[m\] up to which the bristle is elastic, for a model that has such a limit.
     pub stick_limit: Option<T>,

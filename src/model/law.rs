@@ -21,8 +21,8 @@ use core::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Law {
-    /// Steady sliding reproduces the friction curve: F_ss = p μ(v) sgn_ε(v), plus p σ2 v for the
-    /// classical LuGre model (Romano et al., section III-A).
+    /// Steady sliding reproduces the friction curve: F_ss = p μ(v) sgn_ε(v), where μ includes the
+    /// viscous part; for LuGre F_ss = p (g(v) sgn_ε(v) + σ2 v) (Romano et al., section III-A).
     SteadySliding,
     /// F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot whose coefficient is
     /// taken at the velocity of the body. It makes any passive bristle a passive friction model.

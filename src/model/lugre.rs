@@ -23,11 +23,13 @@ use crate::{Bristle, Scalar, Surface};
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
 /// | F, p | friction force (positive against v > 0), normal force | N |
-/// | g(v) | friction curve: without its viscous part, which is then the term σ2 v; or with it, and σ2 = 0 | – |
-/// | σ0, σ1, σ2 | normalised micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
+/// | g(v) | friction curve inside the bristle: less its viscous part in [`LuGre::classical`], else as given | – |
+/// | σ0, σ1 | normalised micro-stiffness, micro-damping | 1/m, s/m |
+/// | σ2 | viscous friction outside g: the part taken out of the curve, or a number of its own | s/m |
 /// | \|v\|_ε | regularised modulus of the velocity | m/s |
 ///
-/// Steady sliding is F = p (g(v) sgn_ε(v) + σ2 v), with sgn_ε(v) = v/|v|_ε.
+/// Steady sliding is F = p (g(v) sgn_ε(v) + σ2 v), with sgn_ε(v) = v/|v|_ε. Under a friction scale
+/// s read s g, s σ1 and s σ2: with σ1 unscaled the σ2 that passivity needs would grow as 1/s.
 ///
 /// Take it where LuGre's own parameters or figures are given. [`FrBd`] with the same curve and
 /// bristle has the same steady sliding and the laws that LuGre lacks.

@@ -31,10 +31,10 @@ use crate::rheology::Deflection;
 use crate::scalar::{is_zero, lit};
 use crate::{Contact, LoadChange, Scalar, Surface};
 
-/// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
-/// sliding velocity v [m/s] as input, the virtual friction coefficient μ_b \[–\] as output. The
-/// friction force is p μ_b under a normal force p \[N\]: [`Bristle::under_load`] makes a
-/// [`Contact`], with forces in newtons and energies in joules.
+/// A dynamic friction model per unit load: the bristle deflection z \[m\] as state, the sliding
+/// velocity v [m/s] as input, the virtual friction coefficient μ_b \[–\] as output. The friction
+/// force is P μ_b with the reference load P \[N\], which is the normal force if that is constant:
+/// [`Bristle::under_load`] makes a [`Contact`], with forces in newtons and energies in joules.
 ///
 /// Every model of this crate is affine in z at a given velocity (see [`Affine`]):
 ///
@@ -143,9 +143,9 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         deflection: Self::Deflection,
     ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
 
-    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\],
-    /// with sgn_ε(v) = v/|v|_ε (sgn v without a regularisation). A bristle of several springs gives
-    /// the stretch of each.
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) s μ(v)/σ0 \[m\],
+    /// with sgn_ε(v) = v/|v|_ε (sgn v without a regularisation) and, in [`LuGre`], g for μ: without
+    /// σ2|v|. A bristle of several springs gives the stretch of each.
     fn stationary(&self, surface: impl Into<Surface<T>>) -> Self::Deflection;
 
     /// The stiffness Kᵢ [1/m] of each spring in the stored energy W = ½ P Σ Kᵢ xᵢ², with the
@@ -161,7 +161,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         None
     }
 
-    /// What the coefficients depend on, see [`Form`] for who asks. The default promises nothing.
+    /// What the coefficients depend on, see [`Form`] for who asks. The default,
+    /// [`Form::Switched`], promises nothing.
     fn form(&self) -> Form {
         Form::Switched
     }
@@ -171,8 +172,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         "an unnamed model (see Bristle::name)"
     }
 
-    /// The virtual friction coefficient μ_b \[–\] of steady sliding at a velocity, signed: sgn_ε(v)
-    /// μ(v) for a model that obeys [`Law::SteadySliding`].
+    /// The virtual friction coefficient μ_b \[–\] of steady sliding at a velocity, signed: the
+    /// F_ss/P of [`Law::SteadySliding`] for a model that obeys it.
     fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
         let surface = surface.into();
         self.coefficient(surface, self.stationary(surface))
@@ -220,7 +221,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(surface, deflection).rate(surface.velocity(), deflection)
     }
 
-    /// The virtual friction coefficient μ_b = F/p \[–\].
+    /// The virtual friction coefficient μ_b = F/P \[–\], the force over the reference load: F/p
+    /// only where s = 1.
     #[inline]
     fn coefficient(&self, surface: impl Into<Surface<T>>, deflection: Self::Deflection) -> T {
         let surface = surface.into();
