@@ -775,11 +775,13 @@ fn the_bound_per_count_includes_the_viscous_part_and_excludes_regularised_models
         feedback_of(lugre(), filtered(h, time_constant), MicroDamping::Uncompensated, 0.5)
     };
     let count = 1e-6;
-    for (h, tau) in [(1e-3, 0.0), (1e-4, 0.0), (1e-5, 0.0), (1e-4, 1e-4), (1e-5, 3e-4)] {
+    let filters = [(1e-3, 0.0), (1e-4, 0.0), (1e-5, 0.0), (1e-4, 1e-4), (1e-5, 3e-4)];
+    for ((h, tau), load) in filters.into_iter().flat_map(|it| [(it, 1.0), (it, 5.0), (it, 0.2)]) {
         let mut compensator = of(h, tau);
+        compensator.reload(load * LOAD).unwrap();
         let bound = compensator.step_per_count(count).unwrap();
-        // η P q (σ0 (1 + μ_s/μ_d) + 2 σ2/(τ + h))
-        let wanted = 0.5 * LOAD * count * (1e4 * 2.5 + 2.0 * 0.4 / (tau + h));
+        // η q (P σ0 (1 + μ_s/μ_d) + 2 p σ2/(τ + h))
+        let wanted = 0.5 * LOAD * count * (1e4 * 2.5 + load * 2.0 * 0.4 / (tau + h));
         assert!((bound - wanted).abs() < 1e-12 * wanted, "{bound} {wanted}");
         let mut last = compensator.step(0.0).force;
         let mut most: f64 = 0.0;
@@ -789,7 +791,7 @@ fn the_bound_per_count_includes_the_viscous_part_and_excludes_regularised_models
         }
         assert!(most <= bound, "{most} {bound}");
         // One count up and one down, twice σ2 q w/h/(2 − w).
-        let viscous = 0.5 * LOAD * count * 2.0 * 0.4 / (2.0 * tau + h);
+        let viscous = 0.5 * load * LOAD * count * 2.0 * 0.4 / (2.0 * tau + h);
         assert!(most >= viscous, "{most} {viscous}");
     }
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX] {

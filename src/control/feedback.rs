@@ -185,13 +185,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     }
 
     /// Upper bound of the change of the force \[N\] from one sample to the next if the encoder
-    /// flickers by one count q \[m\] at rest: η P q (K (1 + max μ/min μ) + 2 σ2/(τ + h)), with the
-    /// share η, the sample time h and the time constant τ of the filter.
+    /// flickers by one count q \[m\] at rest: η q (P K (1 + max μ/min μ) + 2 p σ2/(τ + h)), with
+    /// the share η, the sample time h and the time constant τ of the filter.
     ///
     /// The first part comes from the elastic force, at any velocity up to the fastest. The second,
     /// of classical LuGre only, comes from the filtered velocity, which one count up and one count
-    /// down change by at most 2 q/(τ + h). It is counted at p = P: under a larger load it is
-    /// p/P times that.
+    /// down change by at most 2 q/(τ + h).
     ///
     /// `None` where no such bound exists: for a model that gives no characteristics, with
     /// compensated micro-damping, for a regularised model (whose relaxation per distance has no
@@ -205,7 +204,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         let stiffness = model.storage_stiffness();
         let most = model.limits(fastest).deflection? * stiffness;
         let ratio = most / characteristics.dry_coefficient.min;
-        let viscous = self.viscous * self.encoder.weight / self.encoder.sample_time;
+        let viscous = self.output.contact.surface(T::zero()).apply(self.viscous);
+        let viscous = viscous * self.encoder.weight / self.encoder.sample_time;
         let per_metre = stiffness * (T::one() + ratio) + viscous + viscous;
         let step =
             self.output.share * self.output.contact.reference_load() * per_metre * count.abs();
