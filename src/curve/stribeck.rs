@@ -149,8 +149,8 @@ impl<T: Scalar> Stribeck<T> {
         }
     }
 
-    /// |u|^δ for any exponent. A function of its own: inlined, the compiler takes the power of every
-    /// u and then selects.
+    /// |u|^δ for any exponent. A function of its own: inlined, the compiler takes the power of
+    /// every u and then selects.
     #[inline(never)]
     fn general_power(&self, u: T) -> (T, T) {
         if is_zero(u) {

@@ -172,8 +172,8 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         is_zero(self.tip_velocity(surface, deflection))
     }
 
-    /// |σ0 z + σ1 v| − s μ(0) \[–\], with the friction scale s: positive if the tip cannot stick. At
-    /// its zero the field has a kink, which an [`ode::Event`](crate::ode::Event) can locate.
+    /// |σ0 z + σ1 v| − s μ(0) \[–\], with the friction scale s: positive if the tip cannot stick.
+    /// At its zero the field has a kink, which an [`ode::Event`](crate::ode::Event) can locate.
     pub fn stick_excess(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
         let surface = surface.into();
         let balance = self.balance(surface.scale());
