@@ -216,18 +216,8 @@ impl<T: Scalar> Progress<T> {
         if steps + rejected >= limit {
             return Err(StopReason::TooManySteps { limit });
         }
-        let mut stop = self.next_stop(&next_kink);
-        let mut trial = self.trial_to(stop);
-        if trial.reaches
-            && !stop.is_kink
-            && stop.time != self.end_time
-            && trial.step.abs() < self.smallest_step()
-        {
-            // A step split at a reversal has ended on the grid, but for rounding.
-            self.grid += 1;
-            stop = self.next_stop(&next_kink);
-            trial = self.trial_to(stop);
-        }
+        let stop = self.next_stop(&next_kink);
+        let trial = self.trial_to(stop);
         if !trial.reaches && trial.step.abs() < self.smallest_step() {
             return Err(self.too_small());
         }
