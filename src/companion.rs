@@ -47,9 +47,9 @@
 //!
 //! λ∫z² dt = x z̄² + ½ L(x/2) (z₁ − z₀)²,  L(y) = coth y − 1/y ≥ 0 for y ≥ 0.
 //!
-//! FrBD (with a bristle of constant stiffness), Dahl and elasto-plastic FrBD (its α frozen over the
-//! step) have c₀ = K r. Then D is a sum of squares: the step never returns more energy than the
-//! bristle had stored, however long the step and however wrong the prediction.
+//! FrBD (with a bristle of constant stiffness), Dahl, elasto-plastic FrBD and the implicit bristle
+//! (both frozen over the step) have c₀ = K r. Then D is a sum of squares: the step never returns
+//! more energy than the bristle had stored, however long the step and however wrong the prediction.
 //!
 //! With a bristle of several springs, λ is a matrix and z the vector of their stretches. Its modes
 //! are orthogonal in W, and in each of them the bristle is a scalar that relaxes. The integral is a
@@ -61,8 +61,9 @@
 //! φ2 = 1 − φ1 it is P σ0φ2 h + p (σ1φ1 + σ2). It is computed in this form, the spring apart from
 //! the rest, by [`HeldWeights::driven_damping`], which avoids cancellation.
 //!
-//! LuGre has no such energy balance: c₀ − K r = −σ1λ, and D ≥ 0 is certain only where
-//! σ1²λ(v\*) ≤ 4σ0(σ1 + σ2). In the classical model that fails for every v\* that is fast enough;
+//! LuGre has no such energy balance: c₀ − K r = −σ1λ under the reference load, and D ≥ 0 is certain
+//! for steps of every length only where s σ1²λ(v\*) ≤ 4σ0(σ1 + σ2), with the friction scale
+//! s = p/P. In the classical model that fails for every v\* that is fast enough;
 //! [`CompanionStep::is_passive`] tells for each step. The theorem of its passivity, for
 //! σ2 ≥ σ1(μ_s − μ_d)/μ_d, carries over only to steps whose prediction comes true; below that
 //! threshold not even those are safe.
@@ -354,8 +355,8 @@ pub struct PointMass<T> {
     /// Weight θ of the velocity v₁ at the end of the step in its displacement h v̄ \[–\]:
     /// v̄ = v₀ + θ (v₁ − v₀), hence v₁ = v₀ + (v̄ − v₀)/θ. It belongs to the integrator of the
     /// mass: ½ for the trapezoidal rule, 1 for semi-implicit Euler, (n + 1)/(2n) for n such
-    /// substeps under constant forces. Below ½ the mass can gain energy by the step; outside 0 … 1
-    /// the velocity is NaN.
+    /// substeps under constant forces. Below ½ the mass can gain energy by the step. With θ = 0, v̄
+    /// is v₀ and v₁ = v₀ + h (f − F̄)/m. Outside 0 … 1 the velocity is NaN.
     pub end_weight: T,
 }
 
@@ -425,7 +426,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     }
 
     /// The deflection z₀ \[m\] that the step begins from, as it was given to [`Companion::step`]:
-    /// what a change of the load has left.
+    /// after a change of the load that of [`Reloaded`].
     #[inline]
     pub fn deflection(&self) -> D {
         self.deflection
@@ -503,11 +504,13 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         (self.damping > T::zero()).then(|| -self.bias / self.damping)
     }
 
-    /// Whether this step dissipates, D ≥ 0, for every deflection and every mean velocity:
-    /// (c₀ − K r)² ≤ 4 K λ c₂ at the predicted velocity. Ask it where the model is LuGre: a `false`
-    /// says that the friction may feed energy into the mechanism.
+    /// Whether a step with these coefficients, however short, dissipates, D ≥ 0, for every
+    /// deflection and every mean velocity: (c₀ − K r)² ≤ 4 K λ c₂ at the predicted velocity. Ask it
+    /// where the model is LuGre: a `false` says that the friction may feed energy into the
+    /// mechanism. (A step of many relaxation times may still dissipate then.)
     ///
-    /// It does for FrBD with a bristle of constant stiffness, Dahl and elasto-plastic FrBD. LuGre's
+    /// It does for FrBD with a bristle of constant stiffness, Dahl, elasto-plastic FrBD and the
+    /// implicit bristle. LuGre's
     /// may not at high speed, nor FrBD's with a stiffness that varies. For several springs with a
     /// stiffness that varies it is not known, and the answer is `false`.
     pub fn is_passive(&self) -> bool {
@@ -558,17 +561,18 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
 /// deflection, the mean force and the energies. From [`CompanionStep::commit`].
 ///
 /// Carry the deflection to the next step. The energies are for a balance of the whole mechanism:
-/// work = stored + dissipated.
+/// work = stored + dissipated. The type F of the force is a number here, and a vector for the
+/// contacts of several axes in bristle-plane.
 ///
 /// # Rounding
 ///
 /// The balance holds up to 16 ε times the terms that these energies are sums of, where ε is the
 /// rounding of the scalar type.
 ///
-/// For models with c₀ = K r the terms are |work| + W₀ + W₁. A step that moves the bristle by less
-/// than ε z stores nothing, whatever the work: of the work alone the error of short steps has no
-/// bound. For others P h |v̄| (|c₀ − K r| |z̄| + c₂ |v̄|) comes to that, of LuGre p σ1 h v̄² and
-/// p σ1λ h z̄ v̄: in fast sliding these nearly cancel, and can exceed the energies by orders of
+/// For models with c₀ = K r the terms are |work| + W₀ + W₁. (Relative to the work alone the error
+/// of short steps has no bound: a step that moves the bristle by less than ε z stores nothing.) For
+/// other models P h |v̄| (|c₀ − K r| |z̄| + c₂ |v̄|) is one more term, for LuGre p σ1 h v̄² and p
+/// σ1λ h z̄ v̄: in fast sliding these nearly cancel, and can exceed the energies by orders of
 /// magnitude.
 ///
 /// Of a bristle of several springs the modes are computed to some hundreds of roundings: in `f32`

@@ -17,7 +17,7 @@ use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 /// | p | normal force | N |
 /// | P | reference load, under which stiffness and damping were measured | N |
 /// | s = p/P | friction scale, by which the load multiplies the friction curve in μ_b | – |
-/// | xᵢ, Kᵢ | stretch of spring i and its stiffness; for a single spring z and σ0 | m, 1/m |
+/// | xᵢ, Kᵢ | stretch of spring i and its stiffness; of a spring beside a dashpot z and σ0 | m, 1/m |
 /// | W | energy stored in the bristles | J |
 ///
 /// **If the load is constant, forget P and s:** [`Bristle::under_load`] makes P = p and s = 1.
@@ -80,10 +80,11 @@ pub struct Contact<T, M> {
 /// Deflection rate and friction force at one instant, from [`Contact::response`]:
 /// F = P (c₀ z + c₂ v), with the reference load P (for a constant load the normal force) and the
 /// coefficients of [`Affine`]. In a mechanism of your own z is a state with the rate ż, and
-/// m v̇ = … − F.
+/// m v̇ = … − F: [`ode::System`](crate::ode::System) has an example.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactResponse<T, D = T> {
-    /// Deflection rate ż [m/s]; of several springs, the rates of their stretches xᵢ.
+    /// Deflection rate ż [m/s]; of several springs, and of one that creeps, the rates of the
+    /// stretches xᵢ.
     pub rate: D,
     /// Friction force F \[N\], positive against v > 0.
     pub force: T,
@@ -149,7 +150,7 @@ pub struct Reloaded<T, D = T> {
 /// | method | after | you know |
 /// |---|---|---|
 /// | [`kept_by`](LoadChange::kept_by) | `change_load` | the model and the coefficient K·x \[–\] that its springs carry |
-/// | [`kept`](LoadChange::kept) | `change_load` | what is carried over what is held, as the norm over the axes of a plane |
+/// | [`kept`](LoadChange::kept) | `change_load` | the utilisation: the carried coefficient divided by the one that is held, as the norm over the axes of a plane |
 /// | [`renewed`](LoadChange::renewed) | `renew_load` | nothing more: all deflections keep the same share |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadChange<T> {
@@ -161,8 +162,9 @@ pub struct LoadChange<T> {
 
 impl<T: Scalar> LoadChange<T> {
     /// The share \[–\] that is left of what the bristles carry, min(1, max(1/γ, p'/p)), where the
-    /// `utilisation` γ \[–\] is what they carry over what the surface holds under the new load. All
-    /// is left if the load rises, nothing without a load. Multiply a single deflection by it.
+    /// `utilisation` γ \[–\] is what they carry, divided by what the surface holds under the new
+    /// load. All is left if the load rises, nothing without a load. Multiply a single deflection by
+    /// it.
     #[inline]
     pub fn kept(&self, utilisation: T) -> T {
         let Self { before, after } = *self;
@@ -258,8 +260,8 @@ impl<T: Scalar, M> Contact<T, M> {
         self.scale
     }
 
-    /// Another model under the same normal force and reference load: a model with its curve in
-    /// another type, or one axis of a contact of several.
+    /// Another model under the same normal force and reference load: for instance with its curve in
+    /// an [`AnyCurve`](crate::curve::AnyCurve), or with the curve of one axis of a planar contact.
     #[inline]
     pub fn with_model<N>(&self, model: N) -> Contact<T, N> {
         let Self { reference_load, normal_force, scale, .. } = *self;
@@ -315,14 +317,15 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// of a deflection, and the energy that is dissipated.
     ///
     /// A deflection that the surface still holds stays as it is. If the load falls below what the
-    /// bristle carries, the bristle slips back, and of the force of its springs the share
-    /// min(1, max(1/γ, p'/p)) is left. Here γ = |Σ Kᵢ xᵢ|/(s' B) is what they carry over what the
+    /// bristle carries, the bristle slips back, and of the force of its springs the share min(1,
+    /// max(1/γ, p'/p)) is left. Here γ = |Σ Kᵢ xᵢ|/(s' B) is what they carry, divided by what the
     /// surface holds under the new scale s' = p'/P, and B \[–\] is the largest μ up to the speed of
     /// `velocity` [m/s]. Without a load nothing is left.
     ///
     /// For steps under a load that varies, take the load at the middle of each step, and the
-    /// velocity that is predicted for it: deflections are then of second order in its length, and
-    /// so are mean forces, unless the load falls faster than a sliding bristle relaxes.
+    /// velocity that is predicted for it: the errors of deflections are then of second order in its
+    /// length, and so are those of mean forces, unless the load falls faster than a sliding bristle
+    /// relaxes.
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};
@@ -462,7 +465,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.response(surface, deflection).force
     }
 
-    /// Rate and force at once, which costs as much as either.
+    /// Rate and force at once, which costs as much as either: for the right-hand side of a
+    /// mechanism.
     #[inline(always)]
     pub fn response(
         &self,
@@ -485,7 +489,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// holds: F = P (c₀ κ z + c₂ v) with κ = min(1, s B/|K·z|), B as in [`Contact::reload`]. The
     /// deflection stays, so the force comes back with the load. `reload` takes it away for good, so
     /// that the two differ however short the steps are: with `reload` a grip that slips in each dip
-    /// of its load slips farther.
+    /// of its load slips farther. Which of them a real grip follows is not known; where the load
+    /// never falls below what is carried they agree.
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};
@@ -622,6 +627,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// The α of an elasto-plastic model is frozen at the beginning of the step. The tip of an
     /// [`ImplicitBristle`](crate::ImplicitBristle) is followed.
+    ///
+    /// For a further scale, of wear or of temperature, call [`Bristle::hold`] of the model with
+    /// [`Contact::surface`] and multiply the coefficients by the reference load.
     #[doc(alias = "zero-order hold")]
     #[inline]
     pub fn hold(

@@ -70,7 +70,7 @@ impl Branch {
         self.of(if self == Branch::Backward { -speed } else { speed })
     }
 
-    /// The branch after a reversal: the opposite direction.
+    /// The branch after a reversal: the opposite direction; the free branch stays free.
     #[must_use]
     pub fn reversed(self) -> Self {
         match self {
@@ -103,7 +103,7 @@ impl<T: Scalar> Sliding<T> {
         self.speed
     }
 
-    /// Direction sgn v, which is also d|v|/dv: ±1, or 0 at v = 0 on the free branch.
+    /// Direction d|v|/dv: sgn v on the free branch (0 at v = 0), the sign of a locked branch on it.
     #[inline(always)]
     pub fn direction(&self) -> T {
         self.direction

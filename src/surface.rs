@@ -70,7 +70,7 @@ impl<T: Scalar> Surface<T> {
         self.sliding.speed()
     }
 
-    /// Direction sgn v, see [`Sliding::direction`].
+    /// Direction d|v|/dv, which is sgn v but for locked branches: see [`Sliding::direction`].
     #[inline(always)]
     pub fn direction(&self) -> T {
         self.sliding.direction()

@@ -10,7 +10,7 @@ use bristle::control::{
 use bristle::curve::{Asymmetric, Stribeck};
 use bristle::parameter::ParameterError;
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
-use bristle::rheology::KelvinVoigt;
+use bristle::rheology::{KelvinVoigt, Maxwell, MaxwellParameters};
 use bristle::{
     Affine, Bristle, Characteristics, Contact, Dahl, DahlParameters, Form, FrBd, LuGre, Scalar,
     Surface,
@@ -770,7 +770,7 @@ fn after_an_outage_the_filter_takes_all_missed_samples_at_once() {
 }
 
 #[test]
-fn the_bound_per_count_includes_the_viscous_part_and_excludes_regularised_models() {
+fn the_bound_per_count_includes_the_viscous_part_and_excludes_regularised_and_creeping_models() {
     let of = |h, time_constant| {
         feedback_of(lugre(), filtered(h, time_constant), MicroDamping::Uncompensated, 0.5)
     };
@@ -807,6 +807,13 @@ fn the_bound_per_count_includes_the_viscous_part_and_excludes_regularised_models
     assert_eq!(regularised(SquareRoot::new(1e-8).unwrap()), None);
     assert_eq!(regularised(HyperbolicTangent::new(1e-4).unwrap()), None);
     assert!(regularised(Unregularised).is_some());
+
+    // At a standstill it relaxes by time, so by any share for one count.
+    let creeping = Maxwell::new(MaxwellParameters { micro_stiffness: 1e4, series_damping: 50.0 });
+    let creeping = FrBd::new(*friction().model().curve(), creeping.unwrap());
+    let contact = creeping.under_load(LOAD).unwrap();
+    let law = feedback_of(contact, sampled(1e-3), MicroDamping::Uncompensated, 1.0);
+    assert_eq!(law.step_per_count(1e-6), None);
 }
 
 #[test]

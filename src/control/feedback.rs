@@ -1,6 +1,6 @@
 //! Compensation from the measured position, without chatter around zero velocity.
 //!
-//! A bristle is moved by distance, not by time: along a displacement Δx
+//! A bristle that does not creep is moved by distance, not by time: along a displacement Δx
 //!
 //! dz/dx = r − sgn(Δx) (λ/|v_f|) z,
 //!
@@ -34,8 +34,12 @@
 //! deflection: their difference obeys dz̃/dx = −sgn(Δx) (λ/|v_f|) z̃. This needs no gain and no
 //! knowledge of the controller.
 //!
-//! In the loop, feedback acts as a negative stiffness: over-compensation by ε leaves −ε P K. The
-//! controller must outweigh it with a stiffness of its own, or the loop hunts around its target.
+//! A bristle that creeps ([`Maxwell`](crate::rheology::Maxwell)) yields at rest, by time. Here it
+//! does not, so that its force at a standstill is too large: take feed-forward for it.
+//!
+//! In the loop, feedback acts as a negative stiffness: over-compensation by ε leaves −ε P K, and so
+//! does a model that is too stiff. The controller must outweigh it with a stiffness of its own, or
+//! the loop hunts around its target.
 
 use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{
@@ -193,8 +197,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     /// down change by at most 2 q/(τ + h).
     ///
     /// `None` where no such bound exists: for a model that gives no characteristics, with
-    /// compensated micro-damping, for a regularised model (whose relaxation per distance has no
-    /// limit), and for a count that is not finite.
+    /// compensated micro-damping, for a regularised model and one that creeps (whose relaxation
+    /// per distance has no limit), and for a count that is not finite.
     ///
     /// Choose the encoder, or a smaller stiffness, so that the actuator tolerates this force.
     pub fn step_per_count(&self, count: T) -> Option<T> {
@@ -209,8 +213,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         let per_metre = stiffness * (T::one() + ratio) + viscous + viscous;
         let step =
             self.output.share * self.output.contact.reference_load() * per_metre * count.abs();
-        let bounded =
-            self.damping == MicroDamping::Uncompensated && is_zero(characteristics.speed_at_rest);
+        let by_distance = is_zero(characteristics.speed_at_rest) && !characteristics.creeps;
+        let bounded = self.damping == MicroDamping::Uncompensated && by_distance;
         (bounded && step.is_finite()).then_some(step)
     }
 

@@ -14,7 +14,7 @@
 //! | q | size of one encoder count | m |
 //! | x_ref, e | reference, tracking error e = x − x_ref | m |
 //! | K_p, K_d, K_i | gains of a PID controller on e | N/m, N s/m, N/(m s) |
-//! | ε = η − 1 | over-compensation | – |
+//! | ε = η − 1, δ | over-compensation; relative error by which the model's P σ0 is too large | – |
 //! | p, P | normal force; reference load of the [`Contact`](crate::Contact), p if that is constant | N |
 //! | σ0, μ_s | bristle stiffness, static friction coefficient | 1/m, – |
 //!
@@ -24,16 +24,18 @@
 //! |---|---|---|---|
 //! | its bristle follows | the reference | the encoder | the encoder, corrected by e |
 //! | each sample needs | v_ref | x | x and x_ref |
-//! | must be known | – | – | m, K_p, K_d, K_i |
-//! | take it if | the axis follows its reference closely | the encoder has ten counts or more in the elastic displacement μ_s/σ0; under any controller | the controller is a PID, and e shall correct the model |
-//! | not if | the axis sticks, or is pushed aside | ε P σ0 > K_p | K_d ≤ α m or K_i ≥ α K_p |
-//! | models, of one spring | all | all | not elasto-plastic, not implicit |
+//! | must be known | – | K_p, roughly | m, K_p, K_d, K_i |
+//! | take it if | the axis follows its reference closely | the encoder has ten counts or more in the elastic displacement μ_s/σ0; the controller may be of any kind | the controller is a PID, and e shall correct the model |
+//! | not if | the axis sticks, or is pushed aside | (ε + δ) P σ0 > K_p | K_d ≤ α m or K_i ≥ α K_p |
+//! | models, of one spring | all | not one that creeps at rest | not elasto-plastic, not implicit |
 //!
 //! *Feed-forward* measures nothing, so that nothing can hunt through it. It reverses its force with
 //! the reference, even if the axis is stuck or still moves the other way.
 //!
-//! *Feedback* forgets a wrong deflection at the start once the axis has slid a few times μ_s/σ0. In
-//! the loop it is a negative stiffness ε P σ0.
+//! *Feedback* forgets a wrong deflection at the start once the axis has slid a few times |v|/λ:
+//! that is μ_s/σ0 for LuGre and Dahl, (μ + σ1|v|)/σ0 for FrBD. In the loop an error of the
+//! stiffness is a negative stiffness (ε + δ) P σ0: K_p must outweigh it, so begin with η = 0.9,
+//! which leaves room for a model that is a tenth too stiff.
 //!
 //! *The observer* does the same, and lets e correct the deflection, at a standstill too: it pushes
 //! an axis that is stuck behind its reference. It belongs to a PID controller with the feed-forward

@@ -33,10 +33,10 @@
 //! friction element of its own, whose velocity is k y and whose coefficients vary in time as
 //! λ(v(t)) does. Let W̃ = ½ P K z̃². Then
 //!
-//! k F̃ y − dW̃/dt = P (K λ z̃² + (c₀ − K r) z̃ (k y) + c₂ (k y)²) = D.
+//! k F̃ y − dW̃/dt = P (K λ z̃² + (c₀ − K r) z̃ (k y) + c₂ (k y)²) = Q.
 //!
-//! For FrBD c₀ = K r, and D ≥ 0 whatever v(t) is: the error of an FrBD observer is passive because
-//! the model is, for every curve, σ0, σ1 and k > 0. For LuGre c₀ − K r = −σ1 λ, and D ≥ 0 for all
+//! For FrBD c₀ = K r, and Q ≥ 0 whatever v(t) is: the error of an FrBD observer is passive because
+//! the model is, for every curve, σ0, σ1 and k > 0. For LuGre c₀ − K r = −σ1 λ, and Q ≥ 0 for all
 //! z̃, y if and only if σ1² λ(v) ≤ 4 σ0 (σ1 + σ2), that is up to a certain speed.
 //!
 //! The loop answers with m ë + K_d ė + K_p e + K_i E = −F̃. With
@@ -58,16 +58,17 @@
 //! whose σ1 follows the load, at p = P.
 //!
 //! From Re G(jω) ∝ σ0 K_p − σ1 K_i + ω² (σ1 K_d − σ0 m) follow the conditions: the bristle's own
-//! corner σ0/σ1 takes the place of α. (With K_i, G is zero at ω = 0, and only positive real.) The
+//! corner σ0/σ1 takes the place of α. With K_i > 0, G is zero at ω = 0 and only positive real: the
+//! theorem then does not say that e vanishes, only that it stays bounded. The
 //! corner is mostly high, and the condition K_d > m σ0/σ1 hard to meet.
 //!
 //! # In samples
 //!
 //! With v, y and e held over a sample the step of ẑ is exact. By velocity therefore
 //!
-//! h k F̃̄ y = ΔW̃ + D̄ with D̄ ≥ 0
+//! h k F̃̄ y = ΔW̃ + h Q̄ with Q̄ ≥ 0
 //!
-//! (F̃̄ is the mean over the sample) for every sample time: the observer never gives energy, and
+//! (a bar is the mean over the sample) for every sample time: the observer never gives energy, and
 //! without a tracking error z̃ never grows. By position z̃ never grows without a tracking error,
 //! and is at most e^(−λh) z̃ + k h e.
 //!
@@ -75,14 +76,14 @@
 //! the two together.
 //!
 //! The sampled *loop* is not proven stable by this: the controller's own hold and delay are not in
-//! it. Where they cost no passivity (a mechanism whose tracking error is solved implicitly) the sum
-//! above carries over to every sample time. Otherwise keep the bandwidth at a tenth of the sample
+//! it. A mechanism whose tracking error is solved implicitly loses no passivity by them, and there
+//! W̃/k + V never rises at any sample time. Otherwise keep the bandwidth at a tenth of the sample
 //! rate or less.
 //!
 //! The theorems assume a share of one, an actuator within its limit, and a model that fits. A
 //! friction force that differs from the model's is a disturbance. The estimate stays within its
-//! limit, so that F̃ is bounded except for the part c₂ k y, which acts like more K_d and K_p; and
-//! with F̃ the tracking error is bounded.
+//! limit, so that F̃ is bounded except for the part c₂ k y, which acts like more K_d and K_p. The
+//! tracking error is then bounded, too.
 //!
 //! Source: Canudas de Wit et al., IEEE TAC 40 (1995), 419–425, section on observer-based
 //! compensation, for the injection by position with LuGre. Injection by velocity, and both with
@@ -124,8 +125,8 @@ pub enum Injection<T> {
         /// Gain k \[–\], positive. Begin with 0.05; larger while the force stays smooth, because
         /// k multiplies the noise of ė.
         gain: T,
-        /// Corner rate α [1/s], K_i/K_p < α < K_d/m. Begin with 0.7 K_d/m. Above α it is ė that
-        /// corrects, below it e.
+        /// Corner rate α [1/s], K_i/K_p < α < K_d/m. Begin with 0.7 K_d/m. Of errors faster than α
+        /// it is ė that corrects, of slower ones e.
         corner: T,
     },
     /// k e is taken from the rate of the deflection (Canudas de Wit and others).
@@ -206,12 +207,13 @@ pub struct ObserverParameters<T: Scalar, M> {
     pub contact: Contact<T, M>,
     /// Mass m \[kg\] of what the controller moves, positive.
     pub mass: T,
-    /// Gain K_p [N/m] of the controller on the position, positive.
+    /// Gain K_p [N/m] of the controller on the tracking error e, positive.
     pub proportional_gain: T,
-    /// Gain K_d [N s/m] of the controller on the velocity, positive, plus any linear damping of the
-    /// mechanism that is not in the friction model.
+    /// Gain K_d [N s/m] of the controller on ė, positive. A linear damping d [N s/m] of the
+    /// mechanism that is not in the friction model may be added here, if the controller feeds
+    /// d v_ref forward beside m a_ref.
     pub derivative_gain: T,
-    /// Gain K_i [N/(m s)] of the controller on the integral of the position, zero for none.
+    /// Gain K_i [N/(m s)] of the controller on the integral of e, zero for none.
     pub integral_gain: T,
     /// How the tracking error corrects the estimate.
     pub injection: Injection<T>,
@@ -259,10 +261,11 @@ fn fits<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>(
 /// fault the first time.
 const JUMP: f64 = 1e3;
 
-/// Compensation by an observer of the deflection: η F̂, with the estimate F̂ of the [module](self)
-/// for a bristle that follows the measured displacement and is corrected by the tracking error, as
-/// [`Injection`] says. It is for a PID controller with the feed-forward m a_ref: given its gains,
-/// [`new`](Self::new) checks the conditions under which the tracking error vanishes.
+/// Compensation by an observer of the deflection: η F̂. Its bristle follows the measured
+/// displacement and is corrected by the tracking error, as [`Injection`] says; the
+/// [module](self) has the formula of F̂. It is for a PID controller with the feed-forward m a_ref:
+/// given its gains, [`new`](Self::new) checks the conditions under which the tracking error
+/// vanishes (by position with K_i > 0: stays bounded).
 ///
 /// | call each sample | with |
 /// |---|---|
@@ -380,9 +383,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     ///
     /// A reference is refused if it is not finite, or if e jumps in one sample by more than a
     /// thousand times what the fastest speed allows. The bristle then follows the measured
-    /// displacement without a correction. If the next e is within that of the refused one, it is
-    /// taken, and ė stays as it was before the jump. A jump by d that is not refused moves the
-    /// estimate by up to k d, within its limit: give the observer smooth references.
+    /// displacement without a correction. A next e that is as near to the refused one confirms the
+    /// jump and is taken; ė stays as it was before the jump. A jump by d that is not refused moves
+    /// the estimate by up to k d, within its limit: give the observer smooth references.
     #[inline]
     pub fn step(&mut self, position: T, reference: T) -> Compensation<T> {
         let moved = self.position.step(position);

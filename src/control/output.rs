@@ -13,7 +13,7 @@ pub struct OutputParameters<T> {
     /// too much. Between 0 and 2: at 2 the friction is turned around. Begin with 0.9.
     pub share: T,
     /// Largest force \[N\] that is given out, positive: what the actuator can spare beside the
-    /// controller, half of its own at first.
+    /// controller. Begin with half of the actuator's rated force.
     pub largest_force: T,
 }
 
@@ -24,7 +24,8 @@ pub struct Compensation<T> {
     /// Force η F̂ \[N\] to add to the controller's, over the sample that begins now: positive
     /// against a friction that brakes v > 0.
     pub force: T,
-    /// Deflection of the model's bristle \[m\] now, for a chart or a monitor.
+    /// Deflection of the model's bristle \[m\], for a chart or a monitor: at this sample, in
+    /// feed-forward at the end of the coming one.
     pub deflection: T,
     /// Whether the force was cut to the largest one. Stop the controller's integral meanwhile.
     pub saturated: bool,

@@ -5,7 +5,7 @@ use crate::rheology::{Deflection, HeldWeights};
 
 /// The four coefficients of a model at one velocity, or their derivatives with respect to it.
 ///
-/// All models of this crate are affine in the deflection z \[m\] at a given velocity v [m/s]:
+/// With the deflection z \[m\] and the velocity v [m/s] every model of this crate is
 ///
 /// ż   = −λ z + r v
 ///
@@ -15,11 +15,16 @@ use crate::rheology::{Deflection, HeldWeights};
 /// |---|---|---|---|---|
 /// | FrBD, g = σ1\|v\|_ε + μ | σ0\|v\|_ε/g | μ/g | σ0 r | σ1 r |
 /// | elasto-plastic, g = ασ1\|v\|_ε + μ | ασ0\|v\|_ε/g | μ/g | σ0 r | σ1 r |
-/// | LuGre | σ0\|v\|_ε/g | 1 | σ0 − σ1 λ | σ1 + σ2 |
+/// | LuGre, g its curve | σ0\|v\|_ε/g | 1 | σ0 − σ1 λ | σ1 + σ2 |
 /// | Dahl | σ0\|v\|/μ_d | 1 | σ0 | 0 |
 /// | implicit, with k = \|v_s\|/μ(v_s) | σ0 k r | 1/(1 + σ1 k) | σ0 r | σ1 r |
 ///
-/// The table is for a single spring; several have a vector r and c₀ and a matrix λ. Under a
+/// The coefficients depend on v alone, but for the plasticity α(z, v) and the velocity v_s of the
+/// implicit bristle's tip, which depend on z, too. There λ z is no more than the relaxing part of
+/// ż: a disturbance decays at −∂ż/∂z.
+///
+/// The table is for a spring beside a dashpot; several springs have a vector r and c₀ and a matrix
+/// λ, and one that creeps has λ = K|v|_ε/μ + K/η ([`Maxwell`](crate::rheology::Maxwell)). Under a
 /// friction scale s read s μ for μ; in LuGre s g, s σ1 and s σ2. The symbols are those of the
 /// models.
 ///
@@ -66,7 +71,7 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
         self.stiffness.inner_product(deflection) + self.damping * velocity
     }
 
-    /// Dissipated power per unit normal force [m/s], μ_b v − d/dt ½ Σ Kᵢ xᵢ², with the storage
+    /// Dissipated power per reference load [m/s], μ_b v − d/dt ½ Σ Kᵢ xᵢ², with the storage
     /// stiffness Kᵢ [1/m] and the stretches xᵢ \[m\] (for a single spring σ0 and z).
     #[inline]
     pub fn dissipation(&self, storage_stiffness: D, velocity: T, deflection: D) -> T {
@@ -122,8 +127,8 @@ pub(super) fn forwards<T: Scalar>(duration: T) -> T {
     if duration >= T::zero() { duration } else { T::nan() }
 }
 
-/// The result of a step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold), per unit
-/// normal force. [`HeldContact`](crate::HeldContact) has the force in newtons, F = P μ_b.
+/// The result of a step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold), per
+/// reference load. [`HeldContact`](crate::HeldContact) has the force in newtons, F = P μ_b.
 #[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldStep<T, D = T> {

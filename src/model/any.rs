@@ -12,7 +12,7 @@ use crate::rheology::{KelvinVoigt, Maxwell};
 use crate::{Bristle, LoadChange, Scalar, Surface};
 
 /// A friction model of one deflection chosen at run time, by a configuration file for instance: one
-/// of this crate's, over any curve, with its numbers to the last bit.
+/// of this crate's, over any curve. It gives the same bits as the model that it holds.
 ///
 /// It goes wherever a model goes: contacts, companions, scenes, audits, compensators, patches and
 /// batches. What takes only some of the models refuses the others when it is built.

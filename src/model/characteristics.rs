@@ -32,7 +32,8 @@ pub struct Characteristics<T> {
     /// Least slope dμ/d|v| [s/m] over the speeds asked about, viscous part included. By a search
     /// over the decades below the fastest, narrowed down around the least value found.
     pub least_slope: T,
-    /// Viscous friction σ2 [s/m] outside the bristle: the term σ2 v of classical LuGre.
+    /// Viscous friction σ2 [s/m] outside the bristle: the term σ2 v of classical LuGre. Zero where
+    /// it is a part of the curve, as in FrBD.
     #[doc(alias = "sigma2")]
     pub viscous_friction: T,
     /// The viscous friction [s/m] without which the model is not passive, where there is such a

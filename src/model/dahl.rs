@@ -21,13 +21,13 @@ pub struct DahlParameters<T> {
 
 /// The Dahl model: friction that depends on the displacement alone, whatever its speed.
 ///
-/// ż = v − (σ0|v|/μ_d) z,  μ_b = F/p = σ0 z
+/// ż = v − (σ0|v|/μ_d) z,  μ_b = F/P = σ0 z
 ///
 /// | symbol | meaning | unit |
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
-/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | F, P | friction force (positive against v > 0); reference load, the normal force p if that is constant | N |
 /// | μ_d | friction coefficient of sliding, at every speed | – |
 /// | σ0 | normalised micro-stiffness | 1/m |
 ///

@@ -18,7 +18,7 @@ use crate::{Bristle, Scalar, Sliding, Surface};
 /// [`ElastoPlastic`](crate::ElastoPlastic) does not.
 ///
 /// For a bristle of one spring σ0 beside a dashpot σ1, with the virtual friction coefficient
-/// μ_b = F/p:
+/// μ_b = F/P:
 ///
 /// ż   = −(σ0|v|_ε/g(v)) z + (μ(v)/g(v)) v,  g(v) = σ1|v|_ε + μ(v)
 ///
@@ -28,11 +28,14 @@ use crate::{Bristle, Scalar, Sliding, Surface};
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
-/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | F, P, p | friction force (positive against v > 0); reference load; normal force, P if constant | N |
 /// | μ(v) | friction curve, viscous part σ2\|v\| included | – |
 /// | σ0, σ1 | normalised micro-stiffness and micro-damping | 1/m, s/m |
 /// | \|v\|_ε | regularised modulus of the velocity, see [`Regularisation`] | m/s |
 /// | sgn_ε(v) = v/\|v\|_ε | regularised sign | – |
+///
+/// Where σ1 is not known, a damping ratio of the stuck body gives it: see
+/// [`KelvinVoigtParameters`](crate::rheology::KelvinVoigtParameters).
 ///
 /// Steady sliding is on the curve: z = sgn_ε(v) μ(v)/σ0 and F = p μ(v) sgn_ε(v). Both equations
 /// follow from the secant law F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot

@@ -18,13 +18,13 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// A bristle (spring σ0 beside a dashpot σ1) presses on the surface with its tip, which slides at
 /// v_s = v − ż. It carries what the surface gives at *that* velocity:
 ///
-/// μ_b = F/p = σ0 z + σ1 ż = μ(v_s) sgn(v_s),  that is Φ(v_s) = e with Φ(u) = σ1 u + μ(u) sgn u
+/// μ_b = F/P = σ0 z + σ1 ż = μ(v_s) sgn(v_s),  that is Φ(v_s) = e with Φ(u) = σ1 u + μ(u) sgn u
 ///
 /// | symbol | meaning | unit |
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v, v_s = v − ż | velocity of the body, sliding velocity of the bristle's tip | m/s |
-/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | F, P, p | friction force (positive against v > 0); reference load; normal force, P if constant | N |
 /// | e = σ0 z + σ1 v | trial coefficient: what the bristle would carry if it stuck | – |
 /// | μ | friction curve, viscous part σ2\|v\| included | – |
 /// | σ0, σ1 | normalised micro-stiffness and micro-damping | 1/m, s/m |
@@ -32,8 +32,8 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// The bristle sticks, v_s = 0 and ż = v, if |e| ≤ μ(0); otherwise the tip slides in the direction
 /// of e. There is a single solution if and only if σ1 + dμ/d|v| > 0 at every speed, for the
 /// [`Stribeck`](crate::curve::Stribeck) curve with δ = 2 if σ1 + σ2 > 0.858 (μ_s − μ_d)/v_S.
-/// Otherwise several velocities of the tip carry the same load, and the model is refused. A load
-/// above the reference load scales μ, and can bring that about, too: see
+/// Otherwise several velocities of the tip carry the same force, and the model is refused. A normal
+/// force above the reference load scales μ, and can bring that about, too: see
 /// [`Bristle::folding_scale`].
 ///
 /// Take it to study the bristle equation itself, which [`FrBd`](crate::FrBd) linearises once. For a
@@ -83,8 +83,8 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// | evaluations, `Rodas5P` | 4 342 | 8 101 | 16 221 | 35 380 |
 ///
 /// With `DormandPrince8` at tolerances of 1e-9, 1e-11 and 1e-12 the force of such a run is 4e-6,
-/// 1e-8 and 4e-10 N off at worst, where the body stops and the force falls by 56 N/s. The model's
-/// own error is below that.
+/// 1e-8 and 4e-10 N off at worst, where the body stops and the force falls by 56 N/s. The equation
+/// of the tip is solved more closely than that.
 ///
 /// [`Contact::companion`](crate::Contact::companion) freezes the coefficients at the beginning of a
 /// step. That is passive and of first order: the position in this rig after 20 s is 9e-4, 5e-4 and
@@ -102,8 +102,9 @@ use crate::{Branch, Bristle, Scalar, Surface};
 ///
 /// # Compared with FrBD
 ///
-/// Both slide steadily on the curve. FrBD relaxes slowly where it slides slowly: its rate falls
-/// with v, this one's does not. With Table 2 at 5.5 mm/s the rates are 31.9 and 418 1/s; loops of
+/// Both slide steadily on the curve. FrBD's disturbances decay slowly where it slides slowly: the
+/// rate −∂ż/∂z falls with v, this one's does not. With Table 2 at 5.5 mm/s they decay at 31.9 and
+/// 418 1/s (the coefficient λ of [`Affine`](crate::Affine) is 31.9 1/s in both); loops of
 /// frictional lag at 25 to 100 Hz are 0.20 to 0.21 apart in μ_b; the period of stick-slip is
 /// 7.7558 s against 7.6393 s. At high speed the forces agree up to σ1σ2μ_d/(σ1 + σ2)².
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,7 @@ use core::fmt;
 /// | symbol | meaning | unit |
 /// |---|---|---|
 /// | P | load at which σ0 was measured; the normal force p, if that is constant | N |
-/// | Kᵢ, xᵢ | stiffness and stretch of spring i; for a single spring σ0 and z | 1/m, m |
+/// | Kᵢ, xᵢ | stiffness and stretch of spring i; beside a dashpot alone σ0 and z | 1/m, m |
 /// | W = ½ P Σ Kᵢ xᵢ² | stored energy | J |
 ///
 /// ```
@@ -40,14 +40,16 @@ pub enum Law {
     /// bound in runs from rest only, so they do not obey the law; see
     /// [`Limits::coefficient`](crate::Limits::coefficient).
     BoundedForce,
-    /// The relaxation rate λ(v) has a limit that no velocity exceeds (for FrBD σ0/(σ1 + σ2)). With
-    /// several springs it is a limit of the largest eigenvalue.
+    /// The relaxation rate λ has a limit at all velocities (for FrBD σ0/(σ1 + σ2)), see
+    /// [`Limits::relaxation_rate`](crate::Limits::relaxation_rate). With several springs it is a
+    /// limit of the largest eigenvalue.
     BoundedRelaxation,
-    /// (z, v) → (−z, −v) flips the rate and the force.
+    /// (z, v) → (−z, −v) flips the rate and the force. A curve that differs by direction breaks it,
+    /// such as [`Asymmetric`](crate::curve::Asymmetric).
     OddSymmetry,
-    /// Load cycles below a stick limit p σ0 z_b > 0 cause no drift (P. Dupont, V. Hayward, B.
-    /// Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
-    /// Automatic Control 47 (2002), 787–792).
+    /// Cycles of the force below a stick limit p σ0 z_b > 0 cause no drift (P. Dupont, V. Hayward,
+    /// B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions
+    /// on Automatic Control 47 (2002), 787–792).
     NoDrift,
 }
 

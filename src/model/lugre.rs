@@ -12,7 +12,7 @@ use crate::{Bristle, Scalar, Surface};
 
 /// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R and a regularisation E.
 ///
-/// With the virtual friction coefficient μ_b = F/p:
+/// With the virtual friction coefficient μ_b = F/P:
 ///
 /// ż   = v − (σ0|v|_ε/g(v)) z
 ///
@@ -22,7 +22,7 @@ use crate::{Bristle, Scalar, Surface};
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
-/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | F, P | friction force (positive against v > 0); reference load, the normal force p if that is constant | N |
 /// | g(v) | friction curve inside the bristle: less its viscous part in [`LuGre::classical`], else as given | – |
 /// | σ0, σ1 | normalised micro-stiffness, micro-damping | 1/m, s/m |
 /// | σ2 | viscous friction outside g: the part taken out of the curve, or a number of its own | s/m |
@@ -38,7 +38,7 @@ use crate::{Bristle, Scalar, Surface};
 /// |---|---|
 /// | [`LuGre::classical`] | the model is as published: the viscous part σ2\|v\| of the curve is taken out of g and stands outside as σ2 v |
 /// | [`LuGre::with_viscous_friction`] | you state σ2 apart from the curve, which is g as it is; σ2 = 0 and a curve with its viscous part is the variant with that part inside g |
-/// | [`LuGre::of_frbd`] | you have an FrBD model, with its regularisation, and σ2 is checked before: each time a model is built in a loop |
+/// | [`LuGre::of_frbd`] | you have an FrBD model, with its regularisation. It checks nothing and cannot fail: for a loop that builds a model in each pass, from numbers checked once |
 ///
 /// # Laws
 ///

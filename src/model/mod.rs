@@ -36,17 +36,22 @@ use crate::{Contact, LoadChange, Scalar, Surface};
 /// force is P μ_b with the reference load P \[N\], which is the normal force if that is constant:
 /// [`Bristle::under_load`] makes a [`Contact`], with forces in newtons and energies in joules.
 ///
-/// Every model of this crate is affine in z at a given velocity (see [`Affine`]):
+/// Every model of this crate can be written as (see [`Affine`])
 ///
-/// ż = −λ(v) z + r(v) v,  μ_b = c₀(v) z + c₂(v) v.
+/// ż = −λ z + r v,  μ_b = c₀ z + c₂ v
 ///
-/// The symbols μ, σ0, σ1, σ2 of the methods below are those of [`FrBd`].
+/// with coefficients of v alone or, in two of the models, of v and z ([`Form`]).
+///
+/// The symbols μ, σ0, σ1, σ2 of the methods below are those of [`FrBd`]. They are *normalised*, per
+/// unit of P: of a stiffness k [N/m], a damping c [N s/m] and a friction force F_C \[N\] given
+/// under the load P take σ0 = k/P, σ1 = c/P and μ = F_C/P. With P = 1 N they are the same numbers.
+/// A contact that carries the force F at rest begins at the deflection z = F/(P σ0).
 ///
 /// | model | take it if |
 /// |---|---|
 /// | [`FrBd`] | no other row applies: passive, force bounded by the curve, one state |
 /// | [`LuGre`] | its parameters or figures are given; it can create energy at high speed |
-/// | [`Dahl`] | only pre-sliding matters, and friction does not fall with the speed |
+/// | [`Dahl`] | two parameters are all you have: friction that does not fall with the speed |
 /// | [`ElastoPlastic`] | a force that varies below breakaway must not move the body |
 /// | [`ImplicitBristle`] | you study the force balance that FrBD linearises, at several times the cost |
 /// | [`AnyBristle`] | the choice is made at run time |
@@ -144,12 +149,13 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
 
     /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) s μ(v)/σ0 \[m\],
-    /// with sgn_ε(v) = v/|v|_ε (sgn v without a regularisation) and, in [`LuGre`], g for μ: without
-    /// σ2|v|. A bristle of several springs gives the stretch of each.
+    /// with sgn_ε(v) = v/|v|_ε (sgn v without a regularisation) and, in [`LuGre`], its g for μ. A
+    /// bristle of several springs gives the stretch of each, one that creeps F_ss/(P K).
     fn stationary(&self, surface: impl Into<Surface<T>>) -> Self::Deflection;
 
     /// The stiffness Kᵢ [1/m] of each spring in the stored energy W = ½ P Σ Kᵢ xᵢ², with the
-    /// reference load P \[N\] and the stretches xᵢ \[m\]. For a single spring K = σ0 and x = z.
+    /// reference load P \[N\] and the stretches xᵢ \[m\]. A Kelvin–Voigt
+    /// bristle has K = σ0 and x = z.
     fn storage_stiffness(&self) -> Self::Deflection;
 
     /// The friction scale s = p/P \[–\] from which on the force balance has several solutions.
@@ -195,9 +201,10 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         Limits { deflection: None, coefficient: None, relaxation_rate: None }
     }
 
-    /// The parameters σ0, σ1, σ2, μ_s, μ_d of the model and bounds of them, for speeds up to
-    /// `fastest` [m/s]. `None` for a model that does not give them, which is the default, and for a
-    /// speed that is negative or not finite. Without them
+    /// The parameters σ0, σ1, σ2, μ_s, μ_d of the model, with bounds of them over all velocities,
+    /// and the least slope of its curve at speeds up to `fastest` [m/s]. `None` for a model that
+    /// does not give them, which is the default, and for a speed that is negative or not finite.
+    /// Without them
     ///
     /// - an observer with [`Injection::Position`](crate::control::Injection::Position), which needs
     ///   σ1, is refused; with `Injection::Velocity` only models with LuGre's coefficients need
@@ -270,9 +277,10 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// The largest friction coefficient s B \[–\] that the surface holds: its scale times the
     /// largest μ at speeds up to |v|, in the direction of `carried`, the coefficient Σ Kᵢ xᵢ \[–\]
-    /// that the springs carry now. Only a change of the load asks for it: a bristle that carries
-    /// more slips back ([`Contact::reload`]). By default it comes from the limit of the deflection
-    /// up to that speed; without one, it is the larger of steady sliding at |v| and at rest.
+    /// that the springs carry now. Only a load that varies asks for it: a bristle that carries more
+    /// slips back ([`Contact::reload`], [`Contact::response_under`]). By default it comes from the
+    /// limit of the deflection up to that speed; without one, it is the larger of steady sliding at
+    /// |v| and at rest.
     fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
         let stiffness = self.storage_stiffness();
         if let Some(most) = self.limits(surface.velocity()).deflection {
@@ -285,8 +293,9 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// What is left of a deflection after a `change` of the load, on the `surface` under the new
     /// load. [`Contact::reload`] asks this; call that. A model of your own overrides it only if its
-    /// bristle slips back in another way. By default the tip slips: every stretch shifts by the
-    /// same length.
+    /// bristle slips back in another way, and must not raise Σ Kᵢ xᵢ². By default the tip slips:
+    /// every stretch shifts by the same length, until of Σ Kᵢ xᵢ the share
+    /// [`LoadChange::kept_by`] is left.
     #[inline]
     fn held(
         &self,
@@ -385,7 +394,7 @@ impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
     }
 }
 
-/// Bounds of a model for a range of velocities, proved by theorems, per unit normal force. Those of
+/// Bounds of a model for a range of velocities, proved by theorems, without the load. Those of
 /// a contact are [`ContactLimits`](crate::ContactLimits). `None` where a model has no such theorem,
 /// or only an infinite limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -393,13 +402,13 @@ pub struct Limits<T> {
     /// A bristle that starts with |z| ≤ this \[m\] stays there. (An elasto-plastic one whose α is
     /// frozen over a step can overshoot by |v| h; to cut it back only lowers the stored energy.)
     pub deflection: Option<T>,
-    /// |F|/p never exceeds this \[–\] while the deflection is within its limit. A bristle of
-    /// several springs has no such limit: there it holds in every run that begins with all
-    /// stretches at zero.
+    /// |F|/p never exceeds this \[–\] while the deflection is within its limit. The deflection of
+    /// several springs has no limit: then this holds in runs that begin with all stretches at zero.
     pub coefficient: Option<T>,
     /// An upper bound of the relaxation rate λ [1/s]; with several springs λ is a matrix, and this
     /// bounds its largest eigenvalue. λ may stay well below it: FrBD's bound takes the least μ of
-    /// the range at the fastest speed.
+    /// the range at the fastest speed. It also bounds the decay −∂ż/∂z of a disturbance, but for
+    /// [`ElastoPlastic`], whose α switches more steeply: see [`Linearised::rate_by_deflection`].
     pub relaxation_rate: Option<T>,
 }
 
