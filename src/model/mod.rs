@@ -154,8 +154,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     fn stationary(&self, surface: impl Into<Surface<T>>) -> Self::Deflection;
 
     /// The stiffness Kᵢ [1/m] of each spring in the stored energy W = ½ P Σ Kᵢ xᵢ², with the
-    /// reference load P \[N\] and the stretches xᵢ \[m\]. A Kelvin–Voigt
-    /// bristle has K = σ0 and x = z.
+    /// reference load P \[N\] and the stretches xᵢ \[m\]. A Kelvin–Voigt bristle
+    /// has K = σ0 and x = z.
     fn storage_stiffness(&self) -> Self::Deflection;
 
     /// The friction scale s = p/P \[–\] from which on the force balance has several solutions.
