@@ -112,7 +112,8 @@ impl Ramp {
     {
         let tolerances = Tolerances::scaled(tolerance, SVector::repeat(1.0)).unwrap();
         let start = SVector::from_fn(|i, _| if i == 0 { 1.0 } else { 0.0 });
-        let solver = Solver::checked(method, tolerances).with_most_steps(100_000);
+        // Of the answers none takes 9000 steps; what is refused takes as many as it may.
+        let solver = Solver::checked(method, tolerances).with_most_steps(10_000);
         let answer = solver.solve(self, 0.0..2.0 * self.middle, start, Output::Uniform(21)).ok()?;
         let error = answer.iter().fold(0.0, |most, (time, x)| {
             let exact = (self.sign * time * (0.5 * time - self.middle)).exp();
@@ -127,7 +128,7 @@ fn what_dies_out_and_grows_again_is_right_or_refused() {
     for method in METHODS {
         for exponent in 2..=5 {
             let tolerance = 10f64.powi(-exponent);
-            for (middle, sign) in [5.0, 7.0, 12.0, 20.0, 25.0, 30.0]
+            for (middle, sign) in [5.0, 7.0, 12.0, 20.0, 30.0]
                 .map(|middle| (middle, 1.0))
                 .into_iter()
                 .chain([(5.0, -1.0), (12.0, -1.0)])
