@@ -2,7 +2,6 @@
 
 use bristle::curve::AnyCurve;
 use bristle::nalgebra::{SVector, Vector2, Vector3};
-use bristle::ode::System;
 use bristle::rheology::{GeneralisedMaxwell, GeneralisedMaxwellParameters as Parallel};
 use bristle::scene::PrescribedVelocity;
 use bristle::serialisation::array;
@@ -17,7 +16,7 @@ use bristle_rolling::{BrakedWheel, BrakedWheelParameters, Tyre, WheelLoads};
 use serde::{Deserialize, Serialize};
 
 use crate::choices::of_the_model;
-use crate::choices::{Frbd, Input, Lugre, Motor, PlaneModel, Points, Pressed, Springs};
+use crate::choices::{Input, Motor, PlaneModel, Points, Pressed, Springs};
 use crate::setup::{BODY, Column, FORCE, Result, SolverSetup, Table, must};
 
 /// Segments of a tyre, and the steps in which a bristle crosses its patch.
@@ -268,8 +267,6 @@ pub(crate) struct PlaneBlock<const N: usize> {
 }
 
 /// A body on axes with a model M.
-type Body<M, const N: usize> = PlaneBody<f64, M, N, AnySignal<f64>, AnySignal<f64>>;
-
 /// The columns of a body on three axes.
 const AXES: [Column; 9] = [
     ("x", "position x (m)", 1.0),
@@ -285,22 +282,15 @@ const AXES: [Column; 9] = [
 
 impl<const N: usize> PlaneBlock<N> {
     /// The run, with three states for each axis.
-    pub(crate) fn run<const S: usize>(&self, solver: &SolverSetup) -> Result<Table>
-    where
-        Body<Frbd<N>, N>: System<f64, S, 0>,
-        Body<Lugre<N>, N>: System<f64, S, 0>,
-    {
-        of_the_model!(&self.contact.model, model => self.slides(solver, model.clone()))
+    pub(crate) fn run<const S: usize>(&self, solver: &SolverSetup) -> Result<Table> {
+        of_the_model!(&self.contact.model, model => self.slides::<_, S>(solver, model.clone()))
     }
 
     fn slides<M: PlaneBristle<f64, N>, const S: usize>(
         &self,
         solver: &SolverSetup,
         model: M,
-    ) -> Result<Table>
-    where
-        Body<M, N>: System<f64, S, 0>,
-    {
+    ) -> Result<Table> {
         let Self { contact, mechanisms, anchor, force } = self.clone();
         let contact = model.under_load(contact.normal_force)?;
         let body = PlaneBody::new(PlaneBodyParameters { contact, mechanisms, anchor, force })?;

@@ -172,7 +172,7 @@ fn block() -> Outcome<(Block, [Sine<f64>; 2])> {
 
 /// What solvers make of the cone: the largest error of the block's place over 40 s.
 fn orders(block: &Block, anchor: &[Sine<f64>; 2]) -> Outcome<()> {
-    let (start, seconds) = (SVector::zeros(), Output::Uniform(81));
+    let (start, seconds) = (Vector6::zeros(), Output::Uniform(81));
     let reference = ode::solve(block, 0.0..40.0, start, 1e-13, seconds)?;
     let off = |states: &[Vector6<f64>]| {
         let pairs = states.iter().zip(reference.states());

@@ -136,11 +136,21 @@ where
     /// Velocity and deflection in a state of three parts.
     #[inline(always)]
     fn parts<const S: usize>(state: &SVector<T, S>) -> [SVector<T, N>; 2] {
+        const { assert!(S == 3 * N, "a body has three states on each axis") };
         [1, 2].map(|part| SVector::from_fn(|i, _| state[part * N + i]))
     }
+}
 
+/// S = 3N: another number of states does not compile.
+impl<T, M, A, F, const N: usize, const S: usize> System<T, S, 0> for PlaneBody<T, M, N, A, F>
+where
+    T: Scalar,
+    M: PlaneBristle<T, N>,
+    A: Signal<T>,
+    F: Signal<T>,
+{
     #[inline]
-    fn rate_of<const S: usize>(&self, time: T, state: &SVector<T, S>) -> SVector<T, S> {
+    fn rate(&self, time: T, state: &SVector<T, S>, _: [Branch; 0]) -> SVector<T, S> {
         let PlaneBodyParameters { contact, mechanisms, anchor, force } = &self.parameters;
         let [velocity, deflection] = Self::parts(state);
         let friction = contact.response(&velocity, &deflection);
@@ -156,7 +166,16 @@ where
         rate
     }
 
-    fn linearised_of<const S: usize>(&self, time: T, state: &SVector<T, S>) -> Linearisation<T, S> {
+    fn sliding_velocities(&self, _: T, _: &SVector<T, S>) -> [T; 0] {
+        []
+    }
+
+    fn linearised(
+        &self,
+        time: T,
+        state: &SVector<T, S>,
+        _: [Branch; 0],
+    ) -> Option<Linearisation<T, S>> {
         let PlaneBodyParameters { contact, mechanisms, anchor, force } = &self.parameters;
         let [velocity, deflection] = Self::parts(state);
         let friction = contact.linearised(&velocity, &deflection);
@@ -175,11 +194,10 @@ where
             let drive = force[i].value_and_rate(time).1;
             by_time[N + i] = (drive + spring_stiffness * anchor[i].value_and_rate(time).1) / mass;
         }
-        Linearisation { rate: self.rate_of(time, state), by_state, by_time }
+        Some(Linearisation { rate: self.rate(time, state, []), by_state, by_time })
     }
 
-    /// The next time at which an anchor or a force is not smooth.
-    fn kink(&self, time: T, towards: T) -> Option<T> {
+    fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
         let first = anchor
             .iter()
@@ -189,9 +207,15 @@ where
             .fold(first, |first, force| force.next_kink(time, first.unwrap_or(towards)).or(first))
     }
 
+    fn longest_step(&self) -> Option<T> {
+        let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
+        let anchors = anchor.iter().filter_map(|anchor| anchor.longest_step());
+        anchors.chain(force.iter().filter_map(|force| force.longest_step())).reduce(T::smaller)
+    }
+
     /// Deflection: at breakaway. Position: the stretch of the spring at breakaway, without a spring
     /// the deflection. Velocity: what the mass reaches when that stretch is released.
-    fn scales_of<const S: usize>(&self) -> SVector<T, S> {
+    fn scales(&self) -> SVector<T, S> {
         let PlaneBodyParameters { contact, mechanisms, .. } = &self.parameters;
         let limits = contact.model().limits(T::zero()).deflection;
         let mut scales = SVector::zeros();
@@ -209,57 +233,3 @@ where
         scales
     }
 }
-
-/// The states are three for each axis.
-macro_rules! system {
-    ($axes:literal, $states:literal) => {
-        impl<T, M, A, F> System<T, $states, 0> for PlaneBody<T, M, $axes, A, F>
-        where
-            T: Scalar,
-            M: PlaneBristle<T, $axes>,
-            A: Signal<T>,
-            F: Signal<T>,
-        {
-            #[inline]
-            fn rate(
-                &self,
-                time: T,
-                state: &SVector<T, $states>,
-                _: [Branch; 0],
-            ) -> SVector<T, $states> {
-                self.rate_of(time, state)
-            }
-
-            fn sliding_velocities(&self, _: T, _: &SVector<T, $states>) -> [T; 0] {
-                []
-            }
-
-            fn linearised(
-                &self,
-                time: T,
-                state: &SVector<T, $states>,
-                _: [Branch; 0],
-            ) -> Option<Linearisation<T, $states>> {
-                Some(self.linearised_of(time, state))
-            }
-
-            fn next_kink(&self, time: T, towards: T) -> Option<T> {
-                self.kink(time, towards)
-            }
-
-            fn longest_step(&self) -> Option<T> {
-                let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
-                let anchors = anchor.iter().filter_map(|anchor| anchor.longest_step());
-                anchors
-                    .chain(force.iter().filter_map(|force| force.longest_step()))
-                    .reduce(T::smaller)
-            }
-
-            fn scales(&self) -> SVector<T, $states> {
-                self.scales_of()
-            }
-        }
-    };
-}
-system!(2, 6);
-system!(3, 9);

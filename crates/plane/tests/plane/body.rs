@@ -60,7 +60,8 @@ fn pulled_body() -> PlaneBody<f64, Model<2>, 2, Sine<f64>> {
 #[test]
 fn a_pulled_block_arrives_where_two_integrators_say() {
     let body = pulled_body();
-    let run = ode::solve(&body, 0.0..40.0, SVector::zeros(), 1e-11, Output::Uniform(2)).unwrap();
+    let run = ode::solve(&body, 0.0..40.0, SVector::<f64, 6>::zeros(), 1e-11, Output::Uniform(2))
+        .unwrap();
     // The last printed digit of each.
     let digits = [1e-8, 1e-9, 1e-9, 1e-9, 1e-13, 1e-13];
     for i in 0..6 {
@@ -95,7 +96,7 @@ fn a_spinning_block_comes_to_rest_where_two_integrators_say() {
 #[test]
 fn every_method_passes_the_cone() {
     let body = pulled_body();
-    let tolerances = Tolerances::scaled(1e-9, System::scales(&body)).unwrap();
+    let tolerances = Tolerances::scaled(1e-9, System::<_, 6, 0>::scales(&body)).unwrap();
     let (rest, two) = (SVector::zeros(), Output::Uniform(2));
     for run in [
         Solver::checked(DormandPrince, tolerances).solve(&body, 0.0..40.0, rest, two),

@@ -7,7 +7,7 @@ use bristle::control::{
     VelocityFromPositionParameters,
 };
 use bristle::curve::{AnyCurve, FrictionCurve};
-use bristle::nalgebra::{Complex, SVector, Vector2};
+use bristle::nalgebra::{Complex, SVector, Vector2, Vector6};
 use bristle::ode::System;
 use bristle::regularisation::{AnyRegularisation, Regularisation, Unregularised};
 use bristle::rheology::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology};
@@ -226,9 +226,10 @@ where
     let body =
         PlaneBodyParameters { contact, mechanisms: [free; 2], anchor: [0.1; 2], force: [0.2; 2] };
     let body = PlaneBody::new(body).unwrap();
-    let state = [0.0, 0.1, v, -0.3 * v, z, 0.5 * z].into();
+    let state = Vector6::new(0.0, 0.1, v, -0.3 * v, z, 0.5 * z);
     let linear = body.linearised(0.3, &state, []).unwrap();
-    all.extend(body.rate(0.3, &state, []).iter().chain(&linear.by_state).chain(&body.scales()));
+    let scales: Vector6<f64> = body.scales();
+    all.extend(body.rate(0.3, &state, []).iter().chain(&linear.by_state).chain(&scales));
     let pressure = PolynomialExponential::constant();
     let patch = Patch::new(PatchParameters { model: model.clone(), length: 0.1, pressure });
     let patch = patch.unwrap().under_load(4000.0).unwrap();
