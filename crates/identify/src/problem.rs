@@ -155,7 +155,8 @@ impl<'a, R: Objective> Problem<'a, R> {
         // One run at least, for the residuals.
         let first = core::iter::once(None).filter(|_| searched.clone().next().is_none());
         for (run, direction) in searched.clone().chain(first).enumerate() {
-            let dual = |(i, &re)| Dual64::new(re, if direction == Some(i) { slopes[i] } else { 0.0 });
+            let dual =
+                |(i, &re)| Dual64::new(re, if direction == Some(i) { slopes[i] } else { 0.0 });
             let duals: Vec<_> = values.iter().enumerate().map(dual).collect();
             let mut row = 0;
             let run_done = self.residuals.evaluate(&duals, &mut |r: Dual64| {

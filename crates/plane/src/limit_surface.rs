@@ -238,6 +238,17 @@ where
         radius: T,
     ) -> Result<(Vector3<T>, T), LimitSurfaceError> {
         let power = |twist: &Vector3<T>, smooth| self.power(twist, largest, centre, radius, smooth);
+        // Where one point carries much of the load, the flat part of a turn about it is large, and
+        // at its edge the search is long.
+        for (share, Lever([x, y])) in self.shares().filter(|(share, _)| *share > lit(0.2)) {
+            let turn = Vector3::new((y - centre.y) / radius, (centre.x - x) / radius, T::one());
+            let (others, forces, _) = power(&turn, T::zero());
+            let torque = wrench.dot(&turn);
+            let held = wrench * (others / torque) - forces;
+            if held.xy().component_div(largest).norm() <= share {
+                return Ok((turn / torque, others / torque.abs()));
+            }
+        }
         let mut twist = *wrench;
         let (finest, mut smooth): (T, T) = (T::default_epsilon().sqrt(), lit(0.3));
         const ITERATIONS: u32 = 200;
@@ -248,18 +259,19 @@ where
             let Some(solver) = hessian.cholesky() else { break };
             let [along, across] = [solver.solve(&forces), solver.solve(wrench)];
             let multiplier = wrench.dot(&along) / wrench.dot(&across);
+            let step = across * multiplier - along;
             let residual = (forces - wrench * multiplier).norm() / forces.norm();
-            let last = smooth <= finest * before;
-            // Each stage but the last need only come near; in the last, roundings of the twist over
-            // its smoothing are of the order of `finest`.
-            if residual <= if last { finest * lit(16.0) } else { lit(0.03) } {
-                if last {
-                    return Ok((twist, power(&twist, T::zero()).0));
-                }
+            // Below its roundings the twist can neither be smoothed nor mended.
+            let rounding = twist.norm() * T::default_epsilon() * lit(64.0);
+            let last = smooth <= (finest * before).larger(rounding);
+            if last && (residual <= finest * lit(16.0) || step.norm() <= rounding) {
+                return Ok((twist, power(&twist, T::zero()).0));
+            }
+            // Each stage but the last need only come as near as its smoothing.
+            if !last && -forces.dot(&step) <= smooth * lit(0.1) {
                 smooth *= lit(0.1);
                 continue;
             }
-            let step = across * multiplier - along;
             let (promised, rounding) = (forces.dot(&step), before * T::default_epsilon());
             let mut length = T::one();
             let enough = |length: T| {

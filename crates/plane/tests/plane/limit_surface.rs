@@ -95,6 +95,27 @@ fn the_twist_of_a_footprint_has_the_wrench_it_was_asked_for() {
     run::<f32>(5e-3);
 }
 
+/// One point carries up to nearly all of the load, and a wrench that it can hold turns the body
+/// about it.
+#[test]
+fn a_heavy_point_is_turned_about() {
+    let held = (0.0..0.9_f64, 0.0..std::f64::consts::TAU);
+    check(300, (points::<f64>(40), 0..=6, held), |(mut points, heavy, (size, angle))| {
+        points[0].weight *= 10f64.powi(heavy);
+        let share = points[0].weight / points.iter().map(|point| point.weight).sum::<f64>();
+        let [x, y] = points[0].place;
+        let footprint = Footprint::new(contact([1.0, 1.0]), points).unwrap();
+        let spin = footprint.stationary_wrench(&Vector3::new(y, -x, 1.0));
+        // Of 5 N.
+        let (f_x, f_y) = (5.0 * share * size * angle.cos(), 5.0 * share * size * angle.sin());
+        let wrench = spin + Vector3::new(f_x, f_y, x * f_y - y * f_x);
+        let sliding = footprint.sliding_twist(&wrench, 1e-3).unwrap();
+        let (v_x, v_y, turning) = (sliding.twist.x, sliding.twist.y, sliding.twist.z);
+        let slip = (v_x - turning * y).hypot(v_y + turning * x);
+        assert!(slip < 1e-6 * turning && (sliding.utilisation - 1.0).abs() < 1e-6, "{sliding:?}");
+    });
+}
+
 /// A flat part: three points, and a wrench that turns the body about one of them.
 #[test]
 fn a_wrench_on_a_flat_part_turns_the_body_about_a_point() {
