@@ -59,13 +59,11 @@ pub fn bends<T: Scalar, const N: usize>(
         points.map(|point| Element { stiffness: T::zero(), yield_length: point.deflection });
     for (i, element) in elements.iter_mut().enumerate() {
         let next = slopes.get(i + 1).copied().unwrap_or_else(T::zero);
-        let fall = slopes[i] - next;
         let rounding = lit::<T>(16.0) * T::default_epsilon() * slopes[i].abs();
+        let next = if (slopes[i] - next).abs() <= rounding { slopes[i] } else { next };
         let slope = Named("slope of the points up to it", slopes[i]);
-        let next = if fall.abs() <= rounding { slopes[i] } else { next };
         let concave = slope.at_least("the slope after it", next);
-        ParameterError::of_component(i, concave)?;
-        element.stiffness = if fall > rounding { fall } else { T::zero() };
+        element.stiffness = ParameterError::of_component(i, concave)? - next;
     }
     Ok(elements)
 }
