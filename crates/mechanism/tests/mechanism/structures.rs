@@ -12,7 +12,7 @@ use bristle_specimens::draw::Draw;
 use bristle_specimens::lit;
 
 use crate::energy::Random;
-use crate::reference::{ROWS, STIFFNESS, chain, dense, run};
+use crate::reference::{ROWS, STIFFNESS, chain, dense, friction, run};
 
 const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
@@ -293,4 +293,29 @@ fn an_elasto_plastic_contact_is_of_second_order() {
     let errors = [256, 1024].map(|steps| (end(steps) - end(65_536)).abs());
     let order = (errors[0] / errors[1]).log(4.0);
     assert!(order > 1.7, "{order} {errors:?}");
+}
+
+/// After an impact nothing is extrapolated across it: the next step is that of a contact that has
+/// not moved yet.
+#[test]
+fn a_contact_that_forgets_its_velocity_steps_as_a_new_one() {
+    let (companions, mut position) = ([friction(); 2], [0.1, 0.0, -0.2]);
+    let mut contacts = companions.map(|companion| ContactState::new(&companion, 0.0));
+    let mut mechanism = dense(ROWS);
+    let mut step = |velocity: &mut [f64; 3], contacts: &mut [ContactState<f64>; 2]| {
+        let motion = Motion { position: &mut position, velocity };
+        let inputs = Inputs::force(&[0.5, 0.0, 0.0]);
+        mechanism.step(0.05, &inputs, motion, &companions, contacts).unwrap();
+        position = [0.1, 0.0, -0.2];
+        contacts.each_ref().map(|contact| contact.last_step().force)
+    };
+    let mut moving = [0.3, -0.1, 0.2];
+    (0..3).for_each(|_| _ = step(&mut moving, &mut contacts));
+    let struck = [0.9, -0.5, 0.2];
+    let mut new = contacts.each_ref().map(|c| ContactState::new(&companions[0], c.deflection()));
+    let extrapolated = step(&mut struck.clone(), &mut contacts.clone());
+    contacts.iter_mut().for_each(ContactState::forget_velocity);
+    let forces = step(&mut struck.clone(), &mut contacts);
+    assert_eq!(forces, step(&mut struck.clone(), &mut new));
+    assert_ne!(forces, extrapolated);
 }
