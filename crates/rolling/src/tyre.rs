@@ -12,7 +12,8 @@ pub const TYRE_LENGTH: f64 = 0.1;
 pub const TYRE_PRESSURE_DECAY: f64 = 0.1;
 
 /// A tyre of a [`BrakedWheel`](crate::BrakedWheel): an [`ExactPatch`] that slips along the wheel
-/// alone, or a [`CombinedPatch`](crate::CombinedPatch) of two axes, along and across. Pairs are along and across.
+/// alone, or a [`CombinedPatch`](crate::CombinedPatch) of two axes, along and across. Pairs are
+/// along and across.
 pub trait Tyre<T: Scalar> {
     /// Length of the patch \[m\].
     fn length(&self) -> T;

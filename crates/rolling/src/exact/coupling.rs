@@ -379,8 +379,8 @@ where
         V::of_axes(self.couplings.map(|axis| axis.bias))
     }
 
-    /// Increase of the mean friction force with the mean slip velocity [N s/m], on each axis zero or
-    /// positive.
+    /// Increase of the mean friction force with the mean slip velocity [N s/m], zero or positive on
+    /// each axis.
     pub fn damping(&self) -> V {
         V::of_axes(self.couplings.map(|axis| axis.damping))
     }
