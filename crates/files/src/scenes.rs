@@ -123,7 +123,7 @@ impl Wheel<PlaneModel<2>> {
     pub(crate) fn run_steered(&self, solver: &SolverSetup) -> Result<Table> {
         let tyre = &self.wheel.tyre;
         of_the_polynomial!(&tyre.pressure, pressure => of_the_model!(&tyre.model, model => {
-            let tyre = self.patch(model.clone(), *pressure)?.combined_in::<2>(SEGMENTS)?;
+            let tyre = self.patch(model.clone(), *pressure)?.exact_in(SEGMENTS)?;
             self.braked(solver, tyre, COLUMNS.len())
         }))
     }
@@ -212,7 +212,7 @@ impl RollingPatch {
         solver.stepped(f64::INFINITY, cells, columns, |time, step| {
             let _ = grid.step(motion(time + 0.5 * step), step)?;
             let Motion { slip_velocity, rolling_speed } = motion(time + step);
-            let force = grid.force(slip_velocity);
+            let force = grid.force(|_| slip_velocity);
             Ok(vec![slip_velocity, rolling_speed, force, grid.stored_energy()])
         })
     }

@@ -52,15 +52,15 @@ fn main() -> ExitCode {
         let step = 1.0 / (TRANSPORT * cells as f64);
         let steps = (end / step).round().max(1.0) as usize;
         let mut times = vec![0.0];
-        let mut profiles = vec![grid.deflections().to_vec()];
-        let mut forces = vec![(0.0, grid.force(slip(0.0)))];
+        let mut profiles = vec![grid.deflections()[0].to_vec()];
+        let mut forces = vec![(0.0, grid.force(|_| slip(0.0)))];
         for n in 0..steps {
             let slip_velocity = slip((n as f64 + 0.5) * step);
             grid.step(Motion { slip_velocity, rolling_speed: SPEED }, step)?;
             let time = (n + 1) as f64 * step;
             times.push(time);
-            profiles.push(grid.deflections().to_vec());
-            forces.push((time, grid.force(slip(time))));
+            profiles.push(grid.deflections()[0].to_vec());
+            forces.push((time, grid.force(|_| slip(time))));
         }
 
         let columns = ["t", "place", "deflection"];

@@ -65,7 +65,7 @@ fn main() -> ExitCode {
         let angle = arguments.number("angle").to_radians();
         let (speed, torque) = (arguments.number("speed"), arguments.number("torque"));
         let rows = manoeuvre(
-            rolling(tyre()?.combined_in(200)?, speed)?,
+            rolling(tyre()?.exact_in(200)?, speed)?,
             (torque, angle),
             arguments.number("end"),
             arguments.number("step"),

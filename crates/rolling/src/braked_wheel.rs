@@ -61,7 +61,7 @@ const ROCKING: f64 = 0.25;
 pub struct BrakedWheelParameters<T: Scalar, P, K> {
     /// The tyre, a patch in motion with its bristles as they are at the beginning: of one axis
     /// ([`Patch::exact`](crate::Patch::exact)), or of two for a wheel that steers
-    /// ([`Patch::combined`](crate::Patch::combined)).
+    /// ([`CombinedPatch`](crate::CombinedPatch)).
     pub tyre: P,
     /// The brake: friction over the angular velocity, with the units of the model to match. The
     /// capacity of the brake is μ(ω) times the normal force, so that with μ in metres the normal
@@ -160,7 +160,7 @@ pub struct WheelState<T> {
 /// // 1/rad, s/rad
 /// let flexible = KelvinVoigtParameters { micro_stiffness: 20.0, micro_damping: 0.1 };
 /// let mut wheel = BrakedWheel::new(BrakedWheelParameters {
-///     tyre: tyre.exact([Segment::default(); 100])?,
+///     tyre: tyre.exact([[Segment::default(); 100]])?,
 ///     brake: FrBd::new(pads, KelvinVoigt::new(flexible)?).under_load(0.0)?.measured_at(1500.0)?,
 ///     mass: 400.0,
 ///     inertia: 1.0,

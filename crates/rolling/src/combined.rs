@@ -129,14 +129,15 @@ pub(super) fn axes_of<T: Scalar, M: PlaneBristle<T, A>, const A: usize>(
     contact.model().axes(slip_velocity).map(|axis| contact.with_model(axis))
 }
 
-/// A vector, if all its components are finite.
+/// A vector, if all its components are finite. Of several, the error names the component.
 #[inline]
 pub(super) fn finite<'a, T: Scalar, const A: usize>(
     name: &'static str,
     vector: &'a SVector<T, A>,
 ) -> Result<&'a SVector<T, A>, ParameterError> {
     for (number, &component) in vector.iter().enumerate() {
-        ParameterError::of_component(number, Named(name, component).finite())?;
+        let checked = Named(name, component).finite();
+        if A > 1 { ParameterError::of_component(number, checked) } else { checked }?;
     }
     Ok(vector)
 }

@@ -56,6 +56,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+mod axes;
 mod braked_wheel;
 mod combined;
 mod exact;
@@ -73,8 +74,9 @@ mod serialisation;
 mod steady;
 mod tyre;
 
+pub use axes::{OfAxes, PatchModel};
 pub use braked_wheel::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
-pub use exact::{CombinedPatch, CombinedStep, ExactPatch, Memory, PatchLedger, PatchStep, Segment};
+pub use exact::{CombinedPatch, ExactPatch, Memory, PatchLedger, PatchStep, Segment};
 pub use frequency::LinearisedPatch;
 #[cfg(feature = "alloc")]
 pub use grid::{CombinedGrid, Grid};

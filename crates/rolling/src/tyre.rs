@@ -1,9 +1,8 @@
 //! What a wheel needs of its tyre: a source and a damper along it, whatever the tyre does sideways.
 
-use crate::{CombinedPatch, ExactPatch, Memory, Motion};
+use crate::{ExactPatch, Memory, Motion, OfAxes, PatchModel};
+use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError, Rule};
-use bristle::{Bristle, Scalar};
-use bristle_plane::PlaneBristle;
 
 /// Romano et al., Table 1: the length of the tyre's contact patch, 0.1 m. Its curve and bristle are
 /// in [`bristle::paper`].
@@ -13,7 +12,8 @@ pub const TYRE_LENGTH: f64 = 0.1;
 pub const TYRE_PRESSURE_DECAY: f64 = 0.1;
 
 /// A tyre of a [`BrakedWheel`](crate::BrakedWheel): an [`ExactPatch`] that slips along the wheel
-/// alone, or a [`CombinedPatch`] of two axes, along and across. Pairs are along and across.
+/// alone, or a [`CombinedPatch`](crate::CombinedPatch) of two axes, along and across. Pairs are
+/// along and across.
 pub trait Tyre<T: Scalar> {
     /// Length of the patch \[m\].
     fn length(&self) -> T;
@@ -40,38 +40,13 @@ pub trait Tyre<T: Scalar> {
     ) -> Result<Option<[T; 2]>, ParameterError>;
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>> Tyre<T>
-    for ExactPatch<T, M, N, B>
-{
-    fn length(&self) -> T {
-        self.patch().length()
-    }
-
-    fn stored_energy(&self) -> T {
-        self.stored_energy()
-    }
-
-    fn aligning_moment(&self, _: [T; 2]) -> T {
-        T::zero()
-    }
-
-    fn roll(
-        &mut self,
-        predicted: Motion<[T; 2], T>,
-        duration: T,
-        solve: impl FnOnce([T; 2]) -> Result<Option<T>, ParameterError>,
-    ) -> Result<Option<[T; 2]>, ParameterError> {
-        let Motion { slip_velocity: [along, across], rolling_speed } = predicted;
-        let rule = Rule::Stated("be zero on a tyre of one axis (Patch::combined makes one of two)");
-        Named("lateral_velocity", across).check(across == T::zero(), rule)?;
-        let step = self.companion_step(Motion { slip_velocity: along, rolling_speed }, duration)?;
-        let Some(along) = solve([step.bias(), step.damping()])? else { return Ok(None) };
-        Ok(Some([step.commit(along)?, T::zero()]))
-    }
-}
-
-impl<T: Scalar, M: PlaneBristle<T, 2>, const N: usize, B: Memory<T, N>> Tyre<T>
-    for CombinedPatch<T, M, 2, N, B>
+/// Where there are more axes than two, the others do not slip.
+impl<T, M, const N: usize, B, V, const A: usize> Tyre<T> for ExactPatch<T, M, N, B, V, A>
+where
+    T: Scalar,
+    M: PatchModel<T, V, A>,
+    B: Memory<T, N>,
+    V: OfAxes<T, A>,
 {
     fn length(&self) -> T {
         self.patch().length()
@@ -82,7 +57,7 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, const N: usize, B: Memory<T, N>> Tyre<T>
     }
 
     fn aligning_moment(&self, slip_velocity: [T; 2]) -> T {
-        self.moment(&slip_velocity.into())[1]
+        if A < 2 { T::zero() } else { pair(self.moment(of_pair(slip_velocity)))[1] }
     }
 
     fn roll(
@@ -91,10 +66,23 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, const N: usize, B: Memory<T, N>> Tyre<T>
         duration: T,
         solve: impl FnOnce([T; 2]) -> Result<Option<T>, ParameterError>,
     ) -> Result<Option<[T; 2]>, ParameterError> {
-        let Motion { slip_velocity, rolling_speed } = predicted;
-        let predicted = Motion { slip_velocity: slip_velocity.into(), rolling_speed };
-        let step = self.companion_step(predicted, duration)?;
-        let Some(along) = solve([step.bias()[0], step.damping()[0]])? else { return Ok(None) };
-        Ok(Some(step.commit(&[along, slip_velocity[1]].into())?.into()))
+        let Motion { slip_velocity: [along, across], rolling_speed } = predicted;
+        let rule = Rule::Stated("be zero on a tyre of one axis (a PlaneBristle makes one of two)");
+        Named("lateral_velocity", across).check(A > 1 || across == T::zero(), rule)?;
+        let slip_velocity = of_pair([along, across]);
+        let step = self.companion_step(Motion { slip_velocity, rolling_speed }, duration)?;
+        let ([bias, _], [damping, _]) = (pair(step.bias()), pair(step.damping()));
+        let Some(along) = solve([bias, damping])? else { return Ok(None) };
+        Ok(Some(pair(step.commit(of_pair([along, across]))?)))
     }
+}
+
+fn of_pair<T: Scalar, V: OfAxes<T, A>, const A: usize>(pair: [T; 2]) -> V {
+    let number = |axis: usize| pair.get(axis).copied().unwrap_or_else(T::zero);
+    V::of_axes(core::array::from_fn(number))
+}
+
+fn pair<T: Scalar, V: OfAxes<T, A>, const A: usize>(vector: V) -> [T; 2] {
+    let axes = vector.axes();
+    core::array::from_fn(|axis| axes.get(axis).copied().unwrap_or_else(T::zero))
 }

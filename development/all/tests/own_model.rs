@@ -307,7 +307,7 @@ fn a_rolling_patch_takes_it_exactly() {
         let patch = patch.under_load(100.0).unwrap();
         let motion = Motion { slip_velocity: 0.02, rolling_speed: 2.0 };
         let steady = patch.steady(motion).unwrap().force;
-        let mut exact = patch.exact([Segment::default(); 200]).unwrap();
+        let mut exact = patch.exact([[Segment::default(); 200]]).unwrap();
         let force = (0..60).fold(0.0, |_, _| exact.step(motion, 2e-3).unwrap());
         assert!((force - steady).abs() < 1e-10 * steady, "{force} {steady}");
         steady

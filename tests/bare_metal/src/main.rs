@@ -74,7 +74,7 @@ fn run<T: Scalar>() -> Result<u64, ParameterError> {
         length: lit(0.125),
         pressure: PolynomialExponential::parabolic(),
     })?;
-    let mut rolling = patch.under_load(lit(10.0))?.exact([Segment::default(); 64])?;
+    let mut rolling = patch.under_load(lit(10.0))?.exact([[Segment::default(); 64]])?;
 
     let mut hash = Hash(0xcbf2_9ce4_8422_2325);
     let mut velocities = Velocities { seed: 7, target: 0.0, velocity: 0.0 };

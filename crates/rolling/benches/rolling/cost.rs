@@ -67,7 +67,7 @@ fn combined<const N: usize>(
     let plane = PlaneFrBd::isotropic(curve, bristle);
     let plane = Patch::new(PatchParameters { model: plane, length, pressure })?;
     let mut one = line.under_load(1.0)?.exact_in(segments)?;
-    let mut two = plane.under_load(1.0)?.combined_in(segments)?;
+    let mut two = plane.under_load(1.0)?.exact_in(segments)?;
     let along = |n: usize| Motion { slip_velocity: velocities[n % 1024].x, rolling_speed };
     let both = |n: usize| Motion { slip_velocity: velocities[n % 1024], rolling_speed };
     // A transit, so that the queues are full.
@@ -98,7 +98,7 @@ fn combined<const N: usize>(
             let step = |n| {
                 let motion = both(n);
                 let force = two.step(motion, duration)?;
-                Ok(if moment { force + two.moment(&motion.slip_velocity) } else { force }.sum())
+                Ok(if moment { force + two.moment(motion.slip_velocity) } else { force }.sum())
             };
             (0..STEPS).map(step).sum()
         })?;
@@ -112,7 +112,7 @@ fn combined<const N: usize>(
         take(3, &mut || {
             let step = |n| {
                 let motion = both(n);
-                Ok(two.companion_step(motion, duration)?.commit(&motion.slip_velocity)?.sum())
+                Ok(two.companion_step(motion, duration)?.commit(motion.slip_velocity)?.sum())
             };
             (0..STEPS).map(step).sum()
         })?;

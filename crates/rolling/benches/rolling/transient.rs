@@ -192,7 +192,7 @@ fn run<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
         }
         if (number + 1) % parts == 0 {
             let slip = slip(time(number + 1, steps));
-            forces.push(if upwind { baseline.force(slip) } else { grid.force(slip) });
+            forces.push(if upwind { baseline.force(slip) } else { grid.force(|_| slip) });
         }
     }
     Ok(forces)

@@ -31,6 +31,7 @@
 use super::profile::{level_moments, shifted};
 use super::queue::Queue;
 use super::{ExactPatch, Memory};
+use crate::axes::{OfAxes, PatchModel};
 use crate::moments::phi1;
 use crate::patch::{Frozen, finite};
 use crate::quadrature::{integrate, integrate_gentle};
@@ -38,7 +39,7 @@ use crate::{Motion, Patch, PolynomialExponential, Pressure};
 use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit};
-use bristle::{Affine, Bristle, Scalar};
+use bristle::{Affine, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
 ///
@@ -49,9 +50,9 @@ use bristle::{Affine, Bristle, Scalar};
 /// with 8.
 #[derive(Debug)]
 #[must_use = "the bristles move when it is committed"]
-pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
-    rolling: &'a mut ExactPatch<T, M, N, B>,
-    coupling: Coupling<T>,
+pub struct PatchStep<'a, T: Scalar, M, const N: usize, B, V = T, const A: usize = 1> {
+    rolling: &'a mut ExactPatch<T, M, N, B, V, A>,
+    couplings: [Coupling<T>; A],
 }
 
 /// A step with its coefficients held, and the source and the damper that stand for it.
@@ -106,8 +107,12 @@ pub struct PatchLedger<T> {
     pub volume: T,
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
-    ExactPatch<T, M, N, B>
+impl<T, M, const N: usize, B, V, const A: usize> ExactPatch<T, M, N, B, V, A>
+where
+    T: Scalar,
+    M: PatchModel<T, V, A>,
+    B: Memory<T, N>,
+    V: OfAxes<T, A>,
 {
     /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from
     /// a motion predicted for its middle.
@@ -173,25 +178,31 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// what gives a bias or a damping that is not finite; the patch is as it was.
     pub fn companion_step(
         &mut self,
-        predicted: Motion<T>,
+        predicted: Motion<V, T>,
         duration: T,
-    ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
+    ) -> Result<PatchStep<'_, T, M, N, B, V, A>, ParameterError> {
         let duration = Named("duration", duration).non_negative()?;
-        let (frozen, stiffness) = (self.frozen(predicted)?, self.patch.model().storage_stiffness());
-        let coupling = self.patch.coupling(&mut self.queue, stiffness, frozen, duration)?;
-        Ok(PatchStep { rolling: self, coupling })
+        let mut couplings = [Coupling::idle(); A];
+        let all = self.frozen(predicted)?;
+        let stiffness = self.patch.model().stiffness_of_axes();
+        let axes = self.queues.iter_mut().zip(stiffness).zip(all);
+        for (((queue, stiffness), frozen), coupling) in axes.zip(&mut couplings) {
+            *coupling = self.patch.coupling(queue, stiffness, frozen, duration)?;
+        }
+        Ok(PatchStep { rolling: self, couplings })
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\], with the pressure p under
     /// the reference load. The time is proportional to the number of segments.
     pub fn stored_energy(&self) -> T {
-        self.patch.stored_in(&self.queue, self.patch.model().storage_stiffness())
+        let axes = self.queues.iter().zip(self.patch.model().stiffness_of_axes());
+        axes.fold(T::zero(), |sum, (queue, k)| sum + self.patch.stored_in(queue, k))
     }
 
     /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
     /// to the number of segments.
-    pub fn deflection(&self, place: T) -> T {
-        self.queue.deflection(place)
+    pub fn deflection(&self, place: T) -> V {
+        V::of_axes(self.queues.each_ref().map(|queue| queue.deflection(place)))
     }
 }
 
@@ -356,22 +367,28 @@ fn beyond_springs<T: Scalar>(affine: &Affine<T>, stiffness: T, integrals: [T; 3]
     rest * carried - share * kept
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
-    PatchStep<'_, T, M, N, B>
+impl<T, M, const N: usize, B, V, const A: usize> PatchStep<'_, T, M, N, B, V, A>
+where
+    T: Scalar,
+    M: PatchModel<T, V, A>,
+    B: Memory<T, N>,
+    V: OfAxes<T, A>,
 {
     /// Mean friction force \[N\] if the mean slip velocity is zero.
-    pub fn bias(&self) -> T {
-        self.coupling.bias
+    pub fn bias(&self) -> V {
+        V::of_axes(self.couplings.map(|axis| axis.bias))
     }
 
-    /// Increase of the mean friction force with the mean slip velocity [N s/m], zero or positive.
-    pub fn damping(&self) -> T {
-        self.coupling.damping
+    /// Increase of the mean friction force with the mean slip velocity [N s/m], zero or positive on
+    /// each axis.
+    pub fn damping(&self) -> V {
+        V::of_axes(self.couplings.map(|axis| axis.damping))
     }
 
     /// Mean friction force F̄ \[N\] for a mean slip velocity v̄ [m/s], positive against v̄ > 0.
-    pub fn force(&self, mean_slip_velocity: T) -> T {
-        self.coupling.force(mean_slip_velocity)
+    pub fn force(&self, mean_slip_velocity: V) -> V {
+        let mean = mean_slip_velocity.axes();
+        V::of_axes(core::array::from_fn(|i| self.couplings[i].force(mean[i])))
     }
 
     /// Ends the step with the mean slip velocity v̄ [m/s] that the mechanism has found, and returns
@@ -380,24 +397,28 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// # Errors
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
-    pub fn commit(self, mean_slip_velocity: T) -> Result<T, ParameterError> {
-        let mean_slip_velocity = Named("mean_slip_velocity", mean_slip_velocity).finite()?;
-        Ok(self.coupling.commit(&mut self.rolling.queue, mean_slip_velocity))
+    pub fn commit(self, mean_slip_velocity: V) -> Result<V, ParameterError> {
+        let mean = mean_slip_velocity.finite("mean_slip_velocity")?.axes();
+        let queues = &mut self.rolling.queues;
+        let commit = |i: usize| self.couplings[i].commit(&mut queues[i], mean[i]);
+        Ok(V::of_axes(core::array::from_fn(commit)))
     }
 
-    /// Ends the step as [`PatchStep::commit`] does, with an account of where the work has gone. The
-    /// time is proportional to the number of segments.
+    /// Ends the step as [`PatchStep::commit`] does, with an account of where the work has gone on
+    /// each axis. The time is proportional to the number of segments.
     ///
     /// # Errors
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
     pub fn commit_with_ledger(
         self,
-        mean_slip_velocity: T,
-    ) -> Result<PatchLedger<T>, ParameterError> {
-        let mean_slip_velocity = Named("mean_slip_velocity", mean_slip_velocity).finite()?;
-        let ExactPatch { patch, queue } = self.rolling;
-        let stiffness = patch.model().storage_stiffness();
-        Ok(patch.commit_with_ledger(queue, stiffness, &self.coupling, mean_slip_velocity))
+        mean_slip_velocity: V,
+    ) -> Result<[PatchLedger<T>; A], ParameterError> {
+        let mean = mean_slip_velocity.finite("mean_slip_velocity")?.axes();
+        let ExactPatch { patch, queues, .. } = self.rolling;
+        let stiffness = patch.model().stiffness_of_axes();
+        Ok(core::array::from_fn(|i| {
+            patch.commit_with_ledger(&mut queues[i], stiffness[i], &self.couplings[i], mean[i])
+        }))
     }
 }

@@ -16,16 +16,19 @@
 //! two-stack queue of sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider,
 //! "Low-latency sliding-window aggregation in worst-case constant time", DEBS 2017.
 
-mod combined;
 mod coupling;
 mod profile;
 mod queue;
 mod smooth;
 
-pub use combined::{CombinedPatch, CombinedStep};
 pub use coupling::{PatchLedger, PatchStep};
 pub use queue::{Memory, Segment};
 
+use core::marker::PhantomData;
+
+use nalgebra::SVector;
+
+use super::axes::{OfAxes, PatchModel};
 use super::patch::Frozen;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
 use bristle::parameter::{Named, ParameterError};
@@ -33,6 +36,9 @@ use bristle::scalar::lit;
 use bristle::{Affine, Bristle, Reloaded, Scalar};
 use profile::{Profile, level};
 use queue::Queue;
+
+#[cfg(feature = "alloc")]
+type Segments<T, const N: usize> = alloc::vec::Vec<Segment<T, N>>;
 
 /// Most segments that [`Patch::exact_in`] allocates.
 #[cfg(feature = "alloc")]
@@ -59,7 +65,7 @@ const MOST_SEGMENTS: usize = 10_000_000;
 /// .under_load(4000.0)?; // N
 ///
 /// // No allocation: the caller gives the memory.
-/// let mut rolling = tyre.exact([Segment::default(); 200])?;
+/// let mut rolling = tyre.exact([[Segment::default(); 200]])?;
 /// let mut force = 0.0;
 /// for millisecond in 0..100 {
 ///     let motion = Motion { slip_velocity: 0.02 * f64::from(millisecond), rolling_speed: 16.0 };
@@ -99,28 +105,67 @@ const MOST_SEGMENTS: usize = 10_000_000;
 /// rebuilds the queue, with one visit to each segment: constant cost per step on average, but
 /// O(C) for that one. A step of V h > 1 replaces the profile.
 #[derive(Debug, Clone)]
-pub struct ExactPatch<T, M, const N: usize, B> {
+pub struct ExactPatch<T, M, const N: usize, B, V = T, const A: usize = 1> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,
-    queue: Queue<T, N, B>,
+    queues: [Queue<T, N, B>; A],
+    of: PhantomData<V>,
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>
-    Patch<T, M, PolynomialExponential<T, N>>
-{
-    /// The patch in motion, with undeflected bristles, in memory that the caller provides: an
-    /// array, a mutable slice or a vector of segments. [`ExactPatch`] says how many.
+/// A patch in motion in combined slip: [`ExactPatch`] with a vector for the slip velocity and the
+/// force. Memory, merging, accuracy and time are those of `ExactPatch` on each of the A axes: with
+/// v and V held over a step all bristles of axis i share λᵢ and rᵢ vᵢ.
+///
+/// ```
+/// use bristle::curve::Stribeck;
+/// use bristle::nalgebra::Vector2;
+/// use bristle::paper;
+/// use bristle_plane::PlaneFrBd;
+/// use bristle::rheology::KelvinVoigt;
+/// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
+///
+/// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
+/// let tyre = Patch::new(PatchParameters {
+///     model: PlaneFrBd::isotropic(curve, bristle),
+///     length: bristle_rolling::TYRE_LENGTH,
+///     pressure: PolynomialExponential::parabolic().padded::<4>(), // for the moment
+/// })?
+/// .under_load(4000.0)?; // N
+///
+/// let mut rolling = tyre.exact([[Segment::default(); 200]; 2])?;
+/// let mut force = Vector2::zeros();
+/// for millisecond in 0..100 {
+///     // Braking, with a slip angle that grows.
+///     let slip_velocity = Vector2::new(0.8, 0.01 * f64::from(millisecond)); // m/s
+///     force = rolling.step(Motion { slip_velocity, rolling_speed: 16.0 }, 1e-3)?;
+/// }
+/// let aligning = rolling.moment(Vector2::new(0.8, 0.99)).y; // N m
+/// assert!(force.x > 800.0 && force.y > 1000.0 && aligning > 0.0);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+pub type CombinedPatch<T, M, const A: usize, const N: usize, B> =
+    ExactPatch<T, M, N, B, SVector<T, A>, A>;
+
+impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
+    /// The patch in motion, with undeflected bristles, in memory that the caller provides for each
+    /// axis: an array, a mutable slice or a vector of segments. [`ExactPatch`] says how many.
     ///
     /// # Errors
     ///
     /// Refuses fewer than 22 segments.
-    pub fn exact<B: Memory<T, N>>(
+    pub fn exact<B: Memory<T, N>, V, const A: usize>(
         self,
-        segments: B,
-    ) -> Result<ExactPatch<T, M, N, B>, ParameterError> {
-        let least = Queue::<T, N, B>::LEAST;
-        Named("segments", segments.as_ref().len()).count(least)?;
+        segments: [B; A],
+    ) -> Result<ExactPatch<T, M, N, B, V, A>, ParameterError>
+    where
+        M: PatchModel<T, V, A>,
+    {
+        for memory in &segments {
+            Named("segments", memory.as_ref().len()).count(Queue::<T, N, B>::LEAST)?;
+        }
         let decay = self.pressure().decay();
-        Ok(ExactPatch { queue: Queue::new(segments, decay), patch: self })
+        let queues = segments.map(|memory| Queue::new(memory, decay));
+        Ok(ExactPatch { queues, patch: self, of: PhantomData })
     }
 
     /// The patch in motion, with undeflected bristles and memory for steps of V h ≥ 1/`segments`:
@@ -130,11 +175,17 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>
     ///
     /// Refuses fewer than 8 segments and more than ten million.
     #[cfg(feature = "alloc")]
-    pub fn exact_in(
+    pub fn exact_in<V, const A: usize>(
         self,
         segments: usize,
-    ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Segment<T, N>>>, ParameterError> {
-        self.exact(memory(segments)?)
+    ) -> Result<ExactPatch<T, M, N, Segments<T, N>, V, A>, ParameterError>
+    where
+        M: PatchModel<T, V, A>,
+    {
+        Named("segments", segments).count(8)?;
+        let most = MOST_SEGMENTS as f64;
+        Named("segments", segments as f64).at_most("the largest patch", most)?;
+        self.exact([(); A].map(|()| alloc::vec![Segment::default(); 2 * segments + 8]))
     }
 }
 
@@ -143,19 +194,12 @@ pub(crate) fn slipped<T: Scalar>(stored: T, kept: T) -> T {
     stored * (T::one() - kept) * (T::one() + kept)
 }
 
-/// Memory for steps of V h ≥ 1/`segments`.
-#[cfg(feature = "alloc")]
-fn memory<T: Scalar, const N: usize>(
-    segments: usize,
-) -> Result<alloc::vec::Vec<Segment<T, N>>, ParameterError> {
-    Named("segments", segments).count(8)?;
-    let most = MOST_SEGMENTS as f64;
-    Named("segments", segments as f64).at_most("the largest patch", most)?;
-    Ok(alloc::vec![Segment::default(); 2 * segments + 8])
-}
-
-impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
-    ExactPatch<T, M, N, B>
+impl<T, M, const N: usize, B, V, const A: usize> ExactPatch<T, M, N, B, V, A>
+where
+    T: Scalar,
+    M: PatchModel<T, V, A>,
+    B: Memory<T, N>,
+    V: OfAxes<T, A>,
 {
     /// The patch.
     pub fn patch(&self) -> &Patch<T, M, PolynomialExponential<T, N>> {
@@ -179,22 +223,16 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     pub fn reload(
         &mut self,
         normal_force: T,
-        slip_velocity: T,
+        slip_velocity: V,
     ) -> Result<Reloaded<T, ()>, ParameterError> {
         let change = self.patch.change_load(normal_force)?;
         if change.after >= change.before {
             return Ok(Reloaded { deflection: (), dissipated: T::zero() });
         }
-        let (model, surface) = (self.patch.model(), self.patch.contact().surface(slip_velocity));
-        let stiffness = model.storage_stiffness();
-        let (low, high) = self.queue.range();
-        let kept = (change.kept_by(model, surface, stiffness * low)).smaller(change.kept_by(
-            model,
-            surface,
-            stiffness * high,
-        ));
+        let ranges = self.queues.each_ref().map(Queue::range);
+        let kept = M::kept(self.patch.contact(), change, slip_velocity, ranges);
         let dissipated = slipped(self.stored_energy(), kept);
-        self.queue.scale(kept);
+        self.queues.iter_mut().for_each(|queue| queue.scale(kept));
         Ok(Reloaded { deflection: (), dissipated })
     }
 
@@ -210,18 +248,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
         let stored = self.stored_energy();
         let (kept, lost) = self.patch.renew_load(normal_force)?.renewed();
-        self.queue.scale(kept);
+        self.queues.iter_mut().for_each(|queue| queue.scale(kept));
         Ok(Reloaded { deflection: (), dissipated: lost * stored })
-    }
-
-    /// Steps with V h below this are merged.
-    pub fn narrowest(&self) -> T {
-        self.queue.narrowest
-    }
-
-    /// Number of segments of which the profile consists.
-    pub fn segments(&self) -> usize {
-        self.queue.len()
     }
 
     /// Takes all bristles to the profile of steady rolling.
@@ -229,10 +257,83 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// # Errors
     ///
     /// Refuses a motion that is not finite or runs backwards.
-    pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
-        let frozen = self.frozen(motion)?;
-        self.queue.settle(&frozen);
+    pub fn settle(&mut self, motion: Motion<V, T>) -> Result<(), ParameterError> {
+        let all = self.frozen(motion)?;
+        self.queues.iter_mut().zip(&all).for_each(|(queue, frozen)| queue.settle(frozen));
         Ok(())
+    }
+
+    /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\]
+    /// at the end, positive against v > 0. Of a motion that varies take that at the middle of the
+    /// step: second order. For one axis see [`ExactPatch::follow`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and a
+    /// velocity at which a coefficient of the model is not finite; the patch is as it was.
+    #[inline]
+    pub fn step(&mut self, motion: Motion<V, T>, duration: T) -> Result<V, ParameterError> {
+        let duration = Named("duration", duration).non_negative()?;
+        let all = self.frozen(motion)?;
+        let Self { patch, queues, .. } = self;
+        let axis = |i: usize| patch.step_in(&mut queues[i], &all[i], duration);
+        Ok(V::of_axes(core::array::from_fn(axis)))
+    }
+
+    /// The coefficients and the motion of each axis.
+    #[inline]
+    fn frozen(&self, motion: Motion<V, T>) -> Result<[Frozen<T>; A], ParameterError> {
+        let Motion { slip_velocity, rolling_speed } = motion;
+        let slip_velocity = slip_velocity.finite("slip_velocity")?;
+        let axes = M::each(self.patch.contact(), slip_velocity, |_, contact, slip_velocity| {
+            self.patch.frozen(contact, Motion { slip_velocity, rolling_speed })
+        });
+        let mut all = [Frozen::still(); A];
+        for (frozen, axis) in all.iter_mut().zip(axes) {
+            *frozen = axis?;
+        }
+        Ok(all)
+    }
+
+    /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
+    pub fn force(&self, slip_velocity: V) -> V {
+        self.each(slip_velocity, Patch::force_of)
+    }
+
+    /// The moment of the friction force about the middle of the patch \[N m\] at a slip velocity
+    /// [m/s], with the bristles as they are: L² ∫ (ξ − ½) p μ_b dξ. That of a lateral force is the
+    /// self-aligning moment, which turns the wheel into the direction it moves in.
+    ///
+    /// The next moment of the profile tells it in a fixed number of operations if the last
+    /// coefficient of the pressure is zero ([`PolynomialExponential::padded`]). Otherwise the time
+    /// is proportional to the number of segments.
+    pub fn moment(&self, slip_velocity: V) -> V {
+        self.each(slip_velocity, Patch::moment_of)
+    }
+
+    /// A function of the patch, each axis's bristles, coefficients and slip velocity.
+    fn each(
+        &self,
+        slip_velocity: V,
+        of: impl Fn(&Patch<T, M, PolynomialExponential<T, N>>, &Queue<T, N, B>, &Affine<T>, T) -> T,
+    ) -> V {
+        V::of_axes(M::each(self.patch.contact(), slip_velocity, |i, contact, v| {
+            of(&self.patch, &self.queues[i], &contact.affine(v, T::zero()), v)
+        }))
+    }
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
+    ExactPatch<T, M, N, B>
+{
+    /// Steps with V h below this are merged.
+    pub fn narrowest(&self) -> T {
+        self.queues[0].narrowest
+    }
+
+    /// Number of segments of which the profile consists.
+    pub fn segments(&self) -> usize {
+        self.queues[0].len()
     }
 
     /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally
@@ -246,7 +347,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         segments: usize,
         deflection: impl Fn(T) -> T,
     ) -> Result<(), ParameterError> {
-        let most = self.queue.capacity() / 2;
+        let most = self.queues[0].capacity() / 2;
         Named("segments", segments).count(1)?;
         Named("segments", segments as f64).at_most("half of the memory", most as f64)?;
         let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
@@ -254,50 +355,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
             let checked = Named("deflection", deflection(place(number))).finite();
             ParameterError::of_component(number, checked)?;
         }
-        self.queue.fill(segments, |number| {
+        self.queues[0].fill(segments, |number| {
             let (from, to) = (place(number), place(number + 1));
             Profile::straight(to - from, deflection(from), deflection(to))
         });
         Ok(())
-    }
-
-    /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\]
-    /// at the end, positive against v > 0.
-    ///
-    /// For velocities that vary smoothly see [`ExactPatch::follow`].
-    ///
-    /// # Errors
-    ///
-    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and a
-    /// velocity at which a coefficient of the model is not finite; the patch is as it was.
-    #[inline]
-    pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
-        let duration = Named("duration", duration).non_negative()?;
-        let frozen = self.frozen(motion)?;
-        Ok(self.patch.step_in(&mut self.queue, &frozen, duration))
-    }
-
-    #[inline]
-    fn frozen(&self, motion: Motion<T>) -> Result<Frozen<T>, ParameterError> {
-        self.patch.frozen(self.patch.contact(), motion)
-    }
-
-    /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
-    pub fn force(&self, slip_velocity: T) -> T {
-        let affine = self.patch.contact().affine(slip_velocity, T::zero());
-        self.patch.force_of(&self.queue, &affine, slip_velocity)
-    }
-
-    /// The moment of the friction force about the middle of the patch \[N m\] at a slip velocity
-    /// [m/s], with the bristles as they are: L² ∫ (ξ − ½) p μ_b dξ. That of a lateral force is the
-    /// self-aligning moment, which turns the wheel into the direction it moves in.
-    ///
-    /// The next moment of the profile tells it in a fixed number of operations if the last
-    /// coefficient of the pressure is zero ([`PolynomialExponential::padded`]). Otherwise the time
-    /// is proportional to the number of segments.
-    pub fn moment(&self, slip_velocity: T) -> T {
-        let affine = self.patch.contact().affine(slip_velocity, T::zero());
-        self.patch.moment_of(&self.queue, &affine, slip_velocity)
     }
 }
 

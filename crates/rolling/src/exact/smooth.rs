@@ -186,10 +186,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
                 Some(piece) => piece,
                 None => self.next_piece(motion, time..until(time, last), tolerance)?,
             };
-            held.iter().flatten().for_each(|held| self.queue.advance(held));
+            held.iter().flatten().for_each(|held| self.queues[0].advance(held));
             (time, last) = (next, next - time);
         }
-        Ok(self.patch.force_of(&self.queue, &affine_at_end, at_end))
+        Ok(self.patch.force_of(&self.queues[0], &affine_at_end, at_end))
     }
 
     /// The end of the first piece of a span that is smooth, moves the bristles by little and keeps
@@ -263,10 +263,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let offset = duration * (lit::<T>(3.0).sqrt() / lit(6.0));
         let middle = span.start + duration * lit(0.5);
         let at = |time: T| {
-            self.frozen(Motion {
+            let motion = Motion {
                 slip_velocity: motion.slip_velocity.value(time),
                 rolling_speed: motion.rolling_speed.value(time),
-            })
+            };
+            self.patch.frozen(self.patch.contact(), motion)
         };
         let (first, second) = (at(middle - offset)?, at(middle + offset)?);
         let half: T = lit(0.5);

@@ -156,13 +156,13 @@ fn the_moment_is_the_force_at_the_pneumatic_trail() {
     check(200, (rubber(), slip(), 1.0..60.0), |(rubber, v, rolling_speed)| {
         let tyre = patch(rubber.model(), falling());
         let motion = Motion { slip_velocity: v, rolling_speed };
-        let mut rolling = tyre.combined_in(40).unwrap();
+        let mut rolling = tyre.exact_in(40).unwrap();
         rolling.settle(motion).unwrap();
         let padded = patch(rubber.model(), falling().padded::<4>());
-        let mut direct = padded.combined_in(40).unwrap();
+        let mut direct = padded.exact_in(40).unwrap();
         direct.settle(motion).unwrap();
-        let (force, moment) = (rolling.force(&v), rolling.moment(&v));
-        let next = direct.moment(&v);
+        let (force, moment) = (rolling.force(v), rolling.moment(v));
+        let next = direct.moment(v);
         for i in 0..2 {
             let axis = Motion { slip_velocity: v[i], rolling_speed };
             let trail = tyre.axes(&v)[i].pneumatic_trail(axis).unwrap().unwrap();
@@ -196,7 +196,7 @@ fn little_none_and_very_much_slip_have_their_limits() {
         assert_within(1e-9, LOAD, (force - want).norm(), 0.0, || format!("{size:e}"));
     }
     // A step takes them all, and a patch that stood still stays undeflected.
-    let mut rolling = tyre.combined([[Segment::default(); 30]; 2]).unwrap();
+    let mut rolling = tyre.exact([[Segment::default(); 30]; 2]).unwrap();
     for (size, speed) in [(0.0, 0.0), (0.0, 16.0), (5e-324, 16.0), (1e-310, 0.0), (1e100, 16.0)] {
         let motion = Motion { slip_velocity: Vector2::new(size, -size), rolling_speed: speed };
         let force = rolling.step(motion, 1e-3).unwrap();
@@ -206,14 +206,14 @@ fn little_none_and_very_much_slip_have_their_limits() {
         }
         let step = rolling.companion_step(motion, 1e-3).unwrap();
         assert!(step.damping().iter().all(|&c| c >= 0.0 && c.is_finite()), "{size:e}");
-        step.commit(&motion.slip_velocity).unwrap();
+        step.commit(motion.slip_velocity).unwrap();
     }
 }
 
 #[test]
 fn one_axis_has_the_bits_of_the_scalar_patch() {
     check(50, (rubber(), steps()), |(rubber, run)| {
-        let mut plane = patch(rubber.isotropic::<1>(), falling()).combined_in(40).unwrap();
+        let mut plane = patch(rubber.isotropic::<1>(), falling()).exact_in(40).unwrap();
         let mut line = patch(rubber.line(), falling()).exact_in(40).unwrap();
         for step in run {
             let (slip_velocity, rolling_speed) = (step.predicted.x, LENGTH * step.transport);
@@ -229,7 +229,7 @@ fn one_axis_has_the_bits_of_the_scalar_patch() {
 fn a_motion_that_stays_leads_to_steady_rolling() {
     check(100, (rubber(), steps(), slip(), 1.0..60.0), |(rubber, run, v, rolling_speed)| {
         let tyre = patch(rubber.model(), falling().padded::<4>());
-        let mut rolling = tyre.combined_in(40).unwrap();
+        let mut rolling = tyre.exact_in(40).unwrap();
         for step in run {
             rolling.step(step.motion(), step.duration).unwrap();
         }
@@ -242,9 +242,9 @@ fn a_motion_that_stays_leads_to_steady_rolling() {
         let want = steady(&tyre, motion);
         // Bristles of a stiffness up to 5e3 1/m with κ up to 1e5.
         assert_within(1e-12, want.norm(), (force - want).norm(), 0.0, || format!("{want}"));
-        let mut settled = tyre.combined_in(40).unwrap();
+        let mut settled = tyre.exact_in(40).unwrap();
         settled.settle(motion).unwrap();
-        let (got, want) = (rolling.moment(&v), settled.moment(&v));
+        let (got, want) = (rolling.moment(v), settled.moment(v));
         let scale = LENGTH * force.norm();
         assert_within(1e-12, scale, (got - want).norm(), 0.0, || format!("{want}"));
     });
@@ -253,7 +253,7 @@ fn a_motion_that_stays_leads_to_steady_rolling() {
 #[test]
 fn no_transient_of_isotropic_bristles_exceeds_the_largest_friction() {
     check(200, (rubber(), steps()), |(rubber, run)| {
-        let mut rolling = patch(rubber.isotropic::<2>(), falling()).combined_in(40).unwrap();
+        let mut rolling = patch(rubber.isotropic::<2>(), falling()).exact_in(40).unwrap();
         let most = LOAD * rubber.curve[0] * rubber.curve[1];
         for step in run {
             let force = rolling.step(step.motion(), step.duration).unwrap();
@@ -274,15 +274,15 @@ fn the_integral_along_the_characteristics_is_met() {
     fn at_end<const N: usize>(pressure: PolynomialExponential<f64, N>, steps: u32) -> Vector3<f64> {
         let model = Model::isotropic(curve([0.7, 1.1 / 0.7, 6.0]), bristle(300.0, 0.0));
         let tyre = patch(model, pressure).under_load(1.0).unwrap();
-        let mut rolling = tyre.combined_in(2000).unwrap();
+        let mut rolling = tyre.exact_in(2000).unwrap();
         rolling.settle(manoeuvre(0.0)).unwrap();
         let h = 0.05 / f64::from(steps);
         for number in 0..steps {
             rolling.step(manoeuvre(h * (f64::from(number) + 0.5)), h).unwrap();
         }
         let v = manoeuvre(0.05).slip_velocity;
-        let force = rolling.force(&v);
-        Vector3::new(force.x, force.y, rolling.moment(&v).y)
+        let force = rolling.force(v);
+        Vector3::new(force.x, force.y, rolling.moment(v).y)
     }
     /// Of second order with clean coefficients: the error of the finer run is a third of what it
     /// differs by.
@@ -306,7 +306,7 @@ fn single_precision_gives_the_same_to_its_roundings() {
     fn run<T: Scalar>() -> [Vector2<f64>; 2] {
         let model = PlaneFrBd::isotropic(curve::<T>([0.7, 1.5, 6.0]), bristle(300.0, 0.5));
         let tyre = patch(model, parabolic());
-        let mut rolling = tyre.combined([[Segment::default(); 64]; 2]).unwrap();
+        let mut rolling = tyre.exact([[Segment::default(); 64]; 2]).unwrap();
         let mut grid = CombinedGrid::new(&tyre, 30).unwrap();
         let mut forces = [Vector2::zeros(); 2];
         for number in 0..100 {
@@ -336,23 +336,20 @@ fn dissipates<const N: usize>(
     assert!(
         tyre.axes(&Vector2::zeros()).iter().all(|axis| axis.passivity() == PatchPassivity::Passive)
     );
-    let mut rolling = tyre.combined_in(100).unwrap();
+    let mut rolling = tyre.exact_in(100).unwrap();
     for (number, step) in run.iter().enumerate() {
         if number % 5 == 4 {
             let (stored, load) = (rolling.stored_energy(), LOAD * (0.2 + step.duration * 100.0));
-            let reloaded = if number % 2 == 0 {
-                rolling.reload(load, &step.mean)
-            } else {
-                rolling.renew(load)
-            };
+            let reloaded =
+                if number % 2 == 0 { rolling.reload(load, step.mean) } else { rolling.renew(load) };
             let left = stored - reloaded.unwrap().dissipated;
             assert_within(1e-12, stored, rolling.stored_energy(), left, || "load".into());
         }
         let before = rolling.stored_energy();
         let companion = rolling.companion_step(step.motion(), step.duration).unwrap();
         let (bias, damping) = (companion.bias(), companion.damping());
-        let force = companion.force(&step.mean);
-        let done = companion.commit_with_ledger(&step.mean).unwrap();
+        let force = companion.force(step.mean);
+        let done = companion.commit_with_ledger(step.mean).unwrap();
         for (i, axis) in done.iter().enumerate() {
             let v = step.mean[i];
             let scale = (bias[i].abs() + damping[i] * v.abs()) * v.abs() * step.duration
@@ -437,7 +434,7 @@ fn a_small_wave_of_one_axis_moves_forces_and_moments_as_the_linearisation_says()
             Motion { slip_velocity, ..motion }
         };
         let answer = |size: f64| {
-            let mut rolling = tyre.combined_in(500).unwrap();
+            let mut rolling = tyre.exact_in(500).unwrap();
             rolling.settle(motion).unwrap();
             let mut sums = [[0.0; 2]; 4];
             for number in 0..periods * steps {
@@ -447,7 +444,7 @@ fn a_small_wave_of_one_axis_moves_forces_and_moments_as_the_linearisation_says()
                 if number >= (periods - 1) * steps {
                     let end = time + h;
                     let v = wave(end, size).slip_velocity;
-                    let (force, moment) = (rolling.force(&v), rolling.moment(&v));
+                    let (force, moment) = (rolling.force(v), rolling.moment(v));
                     let (sin, cos) = (frequency * end).sin_cos();
                     for (sum, value) in sums.iter_mut().zip(force.iter().chain(&moment)) {
                         sum[0] += value * sin * 2.0 / f64::from(steps);
@@ -496,7 +493,7 @@ fn lugre_rolls_too() {
     // Without damping the two are one model.
     let motion = Motion { slip_velocity: Vector2::new(0.4, -0.3), rolling_speed: 10.0 };
     let want = Vector2::from(frbd.combined_steady(motion).unwrap().map(|axis| axis.force));
-    let mut rolling = lugre.combined_in(40).unwrap();
+    let mut rolling = lugre.exact_in(40).unwrap();
     let mut force = Vector2::zeros();
     for _ in 0..30 {
         force = rolling.step(motion, 0.04 * LENGTH / 10.0).unwrap();
@@ -513,7 +510,7 @@ fn lugre_rolls_too() {
 fn an_axis_that_cannot_follow_is_named_and_changes_nothing() {
     // Behind one that can: λ = 1e12 · 1e100/1e-198 is no number.
     let frail = Rubber { axes: [[1.0, 300.0, 0.3], [1e-99, 1e12, 0.0]], ..Rubber::TREAD };
-    let mut rolling = patch(frail.model(), falling()).combined_in(40).unwrap();
+    let mut rolling = patch(frail.model(), falling()).exact_in(40).unwrap();
     let slip = |x, y| Motion { slip_velocity: Vector2::new(x, y), rolling_speed: 16.0 };
     let force = rolling.step(slip(0.7, 0.5), 1e-3).unwrap();
     for error in [
@@ -522,7 +519,7 @@ fn an_axis_that_cannot_follow_is_named_and_changes_nothing() {
     ] {
         assert_eq!(error.name, "relaxation rate of the friction model");
     }
-    assert_eq!(rolling.force(&Vector2::new(0.7, 0.5)), force);
+    assert_eq!(rolling.force(Vector2::new(0.7, 0.5)), force);
 }
 
 #[test]
@@ -537,8 +534,8 @@ fn three_axes_of_which_the_last_spins_nothing_are_as_good_as_two() {
     let (three, two) = (patch(model, falling()), patch(Rubber::TREAD.model(), falling()));
     let motion = Motion { slip_velocity: Vector2::new(0.7, 0.5), rolling_speed: 16.0 };
     let deep = Motion { slip_velocity: motion.slip_velocity.push(0.0), rolling_speed: 16.0 };
-    let want = two.combined_in(40).unwrap().step(motion, 1e-3).unwrap();
-    assert_eq!(three.combined_in::<3>(40).unwrap().step(deep, 1e-3).unwrap(), want.push(0.0));
+    let want = two.exact_in(40).unwrap().step(motion, 1e-3).unwrap();
+    assert_eq!(three.exact_in(40).unwrap().step(deep, 1e-3).unwrap(), want.push(0.0));
     let field = Motion { slip_velocity: |_, _| motion.slip_velocity, rolling_speed: |_, _| 16.0 };
     let want = CombinedGrid::new(&two, 30).unwrap().step_field(&field, 1e-2).unwrap();
     let field = Motion { slip_velocity: |_, _| deep.slip_velocity, rolling_speed: |_, _| 16.0 };
@@ -550,17 +547,17 @@ fn three_axes_of_which_the_last_spins_nothing_are_as_good_as_two() {
 fn a_patch_in_combined_slip_allocates_nothing() {
     let counted = allocation_counter::measure(|| {
         let tyre = patch(Rubber::TREAD.model(), parabolic().padded::<4>());
-        let mut rolling = tyre.combined([[Segment::default(); 40]; 2]).unwrap();
+        let mut rolling = tyre.exact([[Segment::default(); 40]; 2]).unwrap();
         for number in 0..200 {
             let slip_velocity = Vector2::new(0.5, 0.01 * f64::from(number));
             let motion = Motion { slip_velocity, rolling_speed: 16.0 };
             let load = 4000.0 - 10.0 * f64::from(number);
-            let _ = rolling.reload(load, &slip_velocity).unwrap();
+            let _ = rolling.reload(load, slip_velocity).unwrap();
             let _ = rolling.renew(load + 5.0).unwrap();
             rolling.step(motion, 1e-3).unwrap();
             let step = rolling.companion_step(motion, 1e-4).unwrap();
-            step.commit_with_ledger(&slip_velocity).unwrap();
-            assert!(rolling.moment(&slip_velocity).y.is_finite());
+            step.commit_with_ledger(slip_velocity).unwrap();
+            assert!(rolling.moment(slip_velocity).y.is_finite());
         }
     });
     let mut grid = CombinedGrid::new(&patch(Rubber::TREAD.model(), falling()), 30).unwrap();

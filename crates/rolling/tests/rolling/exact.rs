@@ -125,7 +125,7 @@ fn a_deflection_moves_out_exactly_and_nothing_is_left_of_it() {
     let initial = |xi: f64| SCALE * (1.0 - 2.0 * (xi - 0.5).abs());
     for slots in [22, 300] {
         let patch = patch(tyre(), constant());
-        let mut rolling = patch.exact(vec![Default::default(); slots]).unwrap();
+        let mut rolling = patch.exact([vec![Default::default(); slots]]).unwrap();
         rolling.set_profile(2, initial).unwrap();
         let stiffness = LENGTH * tyre().affine((0.0).into(), 0.0).stiffness * SCALE;
         let way = 1.0 / 160.0;

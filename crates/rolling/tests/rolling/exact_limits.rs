@@ -21,7 +21,7 @@ fn merged_errors<const N: usize>(
     pressure: PolynomialExponential<f64, N>,
     velocity: &dyn Fn(usize) -> f64,
 ) -> [f64; 4] {
-    let mut rolling = SLOTS.map(|slots| patch(tyre(), pressure).exact(slots_of(slots)).unwrap());
+    let mut rolling = SLOTS.map(|slots| patch(tyre(), pressure).exact([slots_of(slots)]).unwrap());
     let mut history = History::new(&|_| 0.0, &[]);
     let (mut worst, h) = ([0.0_f64; 4], WAY / 400.0);
     for number in 0..3 * 2048 {
@@ -78,7 +78,7 @@ fn merged_steps_err_by_the_cube_of_their_width_and_by_its_square_where_the_veloc
 fn merging_keeps_the_force_exact_until_the_front_is_cut() {
     // Constant pressure asks for the integral alone, which merging keeps: while the bristles of a
     // step input are all inside, the force is exact, however few the slots.
-    let mut rolling = patch(tyre(), constant()).exact([Segment::default(); 22]).unwrap();
+    let mut rolling = patch(tyre(), constant()).exact([[Segment::default(); 22]]).unwrap();
     let mut history = History::new(&|_| 0.0, &[]);
     for number in 0..990 {
         let v = if number % 2 == 0 { 1.0 } else { -0.3 };
@@ -100,7 +100,7 @@ fn narrow_and_wide_steps_in_turns_fit_the_slots_and_stay_exact() {
 fn narrow_and_wide(steps: usize) {
     // No narrow step follows another, so none is merged: as many segments as there can be.
     for slots in [22, 23, 41, 206] {
-        let mut rolling = patch(tyre(), parabolic()).exact(slots_of(slots)).unwrap();
+        let mut rolling = patch(tyre(), parabolic()).exact([slots_of(slots)]).unwrap();
         let narrowest = rolling.narrowest();
         assert_eq!(narrowest, 2.0 / (slots as f64 - 6.0));
         let mut history = History::new(&|_| 0.0, &[]);
@@ -136,7 +136,7 @@ fn any_pattern_of_steps_fits_the_slots_and_respects_the_bounds() {
     let widest = tyre().stationary(30.0) * (1.0 + 1e-13);
     let strongest = LENGTH * tyre().stationary_coefficient(30.0) * (1.0 + 1e-13);
     for slots in [22, 27, 100] {
-        let mut rolling = patch(tyre(), constant()).exact(slots_of(slots)).unwrap();
+        let mut rolling = patch(tyre(), constant()).exact([slots_of(slots)]).unwrap();
         let narrowest = rolling.narrowest();
         let (mut low, mut high) = (1.0, 1.0);
         for number in 0..40_000 {
@@ -163,7 +163,7 @@ fn any_pattern_of_steps_fits_the_slots_and_respects_the_bounds() {
 #[test]
 fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() {
     for slots in [22, 64, 2006] {
-        let mut rolling = patch(tyre(), parabolic()).exact(slots_of(slots)).unwrap();
+        let mut rolling = patch(tyre(), parabolic()).exact([slots_of(slots)]).unwrap();
         for _ in 0..3000 {
             rolling.step(motion(50.0, 100.0), 1e-5).unwrap();
         }
@@ -183,7 +183,7 @@ fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() 
 
 #[test]
 fn extreme_numbers_give_no_nan_and_no_wrong_force() {
-    let mut rolling = patch(tyre(), parabolic()).exact([Segment::default(); 40]).unwrap();
+    let mut rolling = patch(tyre(), parabolic()).exact([[Segment::default(); 40]]).unwrap();
     let steady = rolling.patch().steady(motion(3.0, 100.0)).unwrap().force;
     let near = |got: f64, want: f64, tolerance: f64, what: [f64; 3]| {
         assert_within(tolerance, want, got, want, || format!("{what:?}"));
@@ -231,7 +231,7 @@ fn extreme_numbers_give_no_nan_and_no_wrong_force() {
 #[test]
 fn random_extremes_stay_finite_and_bounded() {
     let mut random = Draw(17);
-    let mut rolling = patch(tyre(), parabolic()).exact([Segment::default(); 30]).unwrap();
+    let mut rolling = patch(tyre(), parabolic()).exact([[Segment::default(); 30]]).unwrap();
     for number in 0..100_000 {
         let v = [0.0, 1.0, -1.0][number % 3] * random.logarithmic(1e-100, 1e100);
         let transport = if random.next() < 0.1 { 0.0 } else { random.logarithmic(1e-200, 1e100) };
@@ -254,7 +254,7 @@ fn a_patch_allocates_nothing_in_slots_of_its_caller() {
     let swing = Function::new(|t: f64| ((90.0 * t).sin(), 90.0 * (90.0 * t).cos()), []);
     let signals = Motion { slip_velocity: swing, rolling_speed: 2.0 };
     let counted = allocation_counter::measure(|| {
-        let mut rolling = patch(tyre(), parabolic()).exact(&mut slots[..]).unwrap();
+        let mut rolling = patch(tyre(), parabolic()).exact([&mut slots[..]]).unwrap();
         rolling.set_profile(10, |xi| 1e-3 * xi).unwrap();
         let mut random = Draw(3);
         for number in 0..5000 {

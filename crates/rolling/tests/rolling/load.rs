@@ -40,7 +40,7 @@ fn walked(
     (pull, frequency, seconds): (f64, f64, f64),
     change: impl Fn(&mut Standing, f64, f64) -> Result<Reloaded<f64, ()>, ParameterError>,
 ) -> f64 {
-    let mut wheel = patch(friction(), pressure).exact([Segment::default(); 40]).unwrap();
+    let mut wheel = patch(friction(), pressure).exact([[Segment::default(); 40]]).unwrap();
     let (mass, h) = (400.0, 1e-3);
     let (mut v, mut last, mut way) = (0.0, 0.0, 0.0);
     for number in 0..(seconds / h) as u32 {
@@ -111,12 +111,13 @@ fn no_force_exceeds_what_the_load_holds() {
             let slip_velocity = draw.sign() * draw.logarithmic(1e-4, 10.0);
             let rolling_speed = draw.one_of(&[0.0, 1.0]) * draw.logarithmic(0.1, 30.0);
             let motion = Motion { slip_velocity, rolling_speed };
-            let reloaded = [exact.reload(load, slip_velocity), grid.reload(load, slip_velocity)];
+            let reloaded =
+                [exact.reload(load, slip_velocity), grid.reload(load, |_| slip_velocity)];
             assert!(reloaded.iter().all(|left| left.as_ref().unwrap().dissipated >= 0.0));
             // Stuck bristles, then after a step.
             let most = load * most * (1.0 + 1e-6);
             let h = draw.logarithmic(1e-4, 1e-1);
-            let [stuck, held] = [exact.force(0.0), grid.force(0.0)];
+            let [stuck, held] = [exact.force(0.0), grid.force(|_| 0.0)];
             let [one, other] = [exact.step(motion, h), grid.step(motion, h)].map(Result::unwrap);
             for force in [stuck, held, one, other] {
                 assert!(force.abs() <= most, "{force} of {most} N");
@@ -135,7 +136,7 @@ fn steady_sliding_is_the_load_times_the_curve() {
             let mut exact = tyre.exact_in(20).unwrap();
             let _ = exact.reload(load, v).unwrap();
             let mut grid = Grid::new(&tyre, 20).unwrap();
-            let _ = grid.reload(load, v).unwrap();
+            let _ = grid.reload(load, |_| v).unwrap();
             let under = tyre.under_load(load).unwrap().measured_at(LOAD).unwrap();
             for force in [
                 under.steady(locked).unwrap().force,
@@ -161,7 +162,7 @@ fn a_constant_load_changes_no_bit() {
     let plane = patch(plane(), forms()[1]);
     let (mut exact, mut plain) = (tyre.exact_in(50).unwrap(), tyre.exact_in(50).unwrap());
     let (mut grid, mut even) = (Grid::new(&tyre, 20).unwrap(), Grid::new(&tyre, 20).unwrap());
-    let (mut two, mut both) = (plane.combined_in(50).unwrap(), plane.combined_in(50).unwrap());
+    let (mut two, mut both) = (plane.exact_in(50).unwrap(), plane.exact_in(50).unwrap());
     let mut draw = Draw(11);
     for number in 0..300 {
         let (v, w) = (draw.sign() * draw.logarithmic(1e-3, 5.0), draw.next());
@@ -170,8 +171,8 @@ fn a_constant_load_changes_no_bit() {
         let turned = Motion { slip_velocity: Vector2::new(v, w), rolling_speed: 16.0 };
         for left in [
             exact.reload(LOAD, v),
-            grid.reload(LOAD, v),
-            two.reload(LOAD, &turned.slip_velocity),
+            grid.reload(LOAD, |_| v),
+            two.reload(LOAD, turned.slip_velocity),
             exact.renew(LOAD),
             grid.renew(LOAD),
             two.renew(LOAD),
@@ -188,7 +189,7 @@ fn a_constant_load_changes_no_bit() {
 fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
     let line = patch(friction(), forms()[0]);
     let plane = patch(plane(), forms()[0]);
-    let (mut one, mut two) = (line.exact_in(60).unwrap(), plane.combined_in(60).unwrap());
+    let (mut one, mut two) = (line.exact_in(60).unwrap(), plane.exact_in(60).unwrap());
     let mut grid = CombinedGrid::new(&plane, 60).unwrap();
     let mut draw = Draw(5);
     for number in 0..200 {
@@ -197,7 +198,7 @@ fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
         let along = Vector2::new(v, 0.0);
         let stored = one.stored_energy();
         let lost = one.reload(load, v).unwrap().dissipated;
-        let lost_too = two.reload(load, &along).unwrap().dissipated;
+        let lost_too = two.reload(load, along).unwrap().dissipated;
         assert_within(1e-3, stored, lost_too, lost, || format!("{number}"));
         // Trapezoids of z² around a kink in every cell.
         let lost_too = grid.reload(load, |_| along).unwrap().dissipated;
@@ -220,15 +221,15 @@ fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
 fn a_load_that_is_none_is_named() {
     let (line, plane) = (patch(friction(), forms()[1]), patch(plane(), forms()[1]));
     let (mut exact, mut grid) = (line.exact_in(50).unwrap(), Grid::new(&line, 10).unwrap());
-    let mut two = plane.combined_in(50).unwrap();
+    let mut two = plane.exact_in(50).unwrap();
     let mut cells = CombinedGrid::new(&plane, 10).unwrap();
     for load in [-1.0, f64::NAN] {
         for refused in [
             exact.reload(load, 0.0),
             exact.renew(load),
-            grid.reload(load, 0.0),
+            grid.reload(load, |_| 0.0),
             grid.renew(load),
-            two.reload(load, &Vector2::zeros()),
+            two.reload(load, Vector2::zeros()),
             two.renew(load),
             cells.reload(load, |_| Vector2::zeros()),
             cells.renew(load),

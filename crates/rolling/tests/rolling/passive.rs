@@ -116,7 +116,7 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
             let companion = rolling.companion_step(step.motion(), step.duration).unwrap();
             assert!(companion.damping() >= 0.0);
             let terms = companion.bias().abs() + companion.damping() * step.mean.abs();
-            let done = companion.commit_with_ledger(step.mean).unwrap();
+            let [done] = companion.commit_with_ledger(step.mean).unwrap();
             let scale = terms * step.mean.abs() * step.duration
                 + stored
                 + rolling.stored_energy()
@@ -217,7 +217,7 @@ fn ledger_is_that_of_quadrature<M: Model, const N: usize>(
         let a = model.affine(predicted.into(), 0.0);
         let held = Held { relaxation: a.relaxation, drive: a.drive * mean, transport, duration };
         let companion = rolling.companion_step(step.motion(), duration).unwrap();
-        let done = companion.commit_with_ledger(mean).unwrap();
+        let [done] = companion.commit_with_ledger(mean).unwrap();
 
         let over = |f: &dyn Fn(f64, f64) -> f64| scale * over_step(&history, &held, f);
         let p = |xi: f64| pressure.at(xi);
@@ -366,7 +366,7 @@ fn no_energy_from_nowhere<T: Scalar, const N: usize>(
         let half = h * t(0.5) * compliance;
         let mean = (slip - half * companion.bias()) / (T::one() + half * companion.damping());
         let force = companion.force(mean);
-        let done = companion.commit_with_ledger(mean).unwrap();
+        let [done] = companion.commit_with_ledger(mean).unwrap();
         v -= h * force / t(mass);
         w += h * force * t(radius / inertia);
         let now = kinetic(v, w) + f(rolling.stored_energy());

@@ -20,7 +20,7 @@ fn minus_zero_is_zero() {
     let soft = loaded(tyre().regularised(SquareRoot::new(1e-4).unwrap()), constant());
     let still = soft.steady(Motion { slip_velocity: 0.0, rolling_speed: -0.0 }).unwrap();
     assert_eq!(still.force, 0.0);
-    let mut rolling = soft.exact([Segment::default(); 30]).unwrap();
+    let mut rolling = soft.exact([[Segment::default(); 30]]).unwrap();
     assert!(rolling.step(motion(-0.0), 1e-3).unwrap() > 0.0);
 }
 
@@ -29,7 +29,7 @@ fn minus_zero_is_zero() {
 #[test]
 fn steps_that_are_dropped_do_not_fill_the_slots() {
     fn each<const N: usize>(pressure: PolynomialExponential<f64, N>, slots: usize) {
-        let mut rolling = patch(tyre(), pressure).exact(vec![Segment::default(); slots]).unwrap();
+        let mut rolling = patch(tyre(), pressure).exact([vec![Segment::default(); slots]]).unwrap();
         rolling.settle(motion(0.5, 160.0)).unwrap();
         let expected = rolling.force(0.5);
         let drop_one = |rolling: &mut ExactPatch<f64, _, N, _>, way: f64| {
@@ -58,7 +58,7 @@ fn a_curve_that_is_no_number_is_named_and_does_not_stay_in_the_patch() {
         let coefficient = move |speed: f64| (if speed > 2.0 { value } else { 0.6 }, 0.0);
         let curve = FunctionCurve::new(coefficient, Bounds { min: 0.1, max: 1.0 }).unwrap();
         let patch = loaded(FrBd::new(curve, *tyre().rheology()), constant());
-        let mut rolling = patch.exact([Segment::default(); 30]).unwrap();
+        let mut rolling = patch.exact([[Segment::default(); 30]]).unwrap();
         let force = rolling.step(motion(1.0, 100.0), 1e-3).unwrap();
         let fast = motion(3.0, 100.0);
         for error in [
@@ -80,7 +80,7 @@ fn a_curve_that_is_no_number_is_named_and_does_not_stay_in_the_patch() {
 
 #[test]
 fn what_is_too_large_for_a_mean_force_is_refused() {
-    let mut rolling = loaded(lugre(1.0), constant()).exact([Segment::default(); 30]).unwrap();
+    let mut rolling = loaded(lugre(1.0), constant()).exact([[Segment::default(); 30]]).unwrap();
     let mut seen = 0;
     for rolling_speed in [5e-324, 1e-300, 1e-100, 1.0, 1e99] {
         for duration in [0.0, 5e-324, 1e-100, 1.0, 1e99] {
@@ -102,7 +102,7 @@ fn a_motion_that_is_none_is_named_and_changes_nothing() {
     let line = patch(frbd(0.5), parabolic());
     let plane = crate::combined::patch(Rubber::TREAD.model(), parabolic());
     let (mut exact, mut grid) = (line.exact_in(50).unwrap(), Grid::new(&line, 10).unwrap());
-    let mut two = plane.combined_in(50).unwrap();
+    let mut two = plane.exact_in(50).unwrap();
     let mut cells = CombinedGrid::new(&plane, 10).unwrap();
     let good = motion(0.3, 10.0);
     let field = |motion: Motion<f64>| Motion {
@@ -168,32 +168,33 @@ fn a_motion_that_is_none_is_named_and_changes_nothing() {
     assert_eq!(grid.deflections(), before.1.deflections());
     assert_eq!(cells.deflections(), before.3.deflections());
     let v = Vector2::new(0.1, 0.2);
-    assert_eq!(two.force(&v), before.2.force(&v));
+    assert_eq!(two.force(v), before.2.force(v));
 }
 
 #[test]
 fn what_a_mechanism_has_found_must_be_a_velocity_or_it_would_stay_in_the_patch() {
     let mut one = patch(frbd(0.5), parabolic()).exact_in(50).unwrap();
     let plane = crate::combined::patch(Rubber::TREAD.model(), parabolic());
-    let mut two = plane.combined_in(50).unwrap();
+    let mut two = plane.exact_in(50).unwrap();
     let v = Vector2::new(0.2, 0.3);
     let (along, turned) = (motion(0.3, 10.0), Motion { slip_velocity: v, rolling_speed: 1.0 });
     one.step(along, 3e-3).unwrap();
     two.step(turned, 3e-3).unwrap();
-    let forces = (one.force(0.1), two.force(&v));
+    let forces = (one.force(0.1), two.force(v));
     for bad in [NAN, INFINITE] {
         let step = one.companion_step(along, 1e-3).unwrap();
         assert_eq!(step.commit(bad).unwrap_err().name, "mean_slip_velocity");
         let step = one.companion_step(along, 1e-3).unwrap();
         assert_eq!(step.commit_with_ledger(bad).unwrap_err().name, "mean_slip_velocity");
         let step = two.companion_step(turned, 1e-3).unwrap();
-        let error = step.commit(&Vector2::new(0.0, bad)).unwrap_err();
+        let error = step.commit(Vector2::new(0.0, bad)).unwrap_err();
         assert_eq!((error.name, error.component), ("mean_slip_velocity", Some(1)));
     }
     // Nothing happens in no time.
-    let nothing = one.companion_step(along, 0.0).unwrap().commit_with_ledger(5.0).unwrap();
+    let step = one.companion_step(along, 0.0).unwrap();
+    let [nothing] = step.commit_with_ledger(5.0).unwrap();
     assert_eq!((nothing.work, nothing.stored, nothing.outlet), (0.0, 0.0, 0.0));
-    assert_eq!((one.force(0.1), two.force(&v)), forces);
+    assert_eq!((one.force(0.1), two.force(v)), forces);
 }
 
 #[test]
@@ -216,7 +217,7 @@ fn a_profile_that_is_none_or_that_does_not_fit_is_named_and_changes_nothing() {
 fn memory_that_does_not_suffice_is_refused() {
     let line = patch(tyre(), parabolic());
     for count in [0, 1, 21] {
-        let refused = line.exact(vec![Segment::default(); count]).unwrap_err();
+        let refused = line.exact([vec![Segment::default(); count]]).unwrap_err();
         assert_eq!((refused.name, refused.value), ("segments", count as f64));
         assert_eq!(refused.rule, Rule::Count { least: 22 });
     }
@@ -224,9 +225,9 @@ fn memory_that_does_not_suffice_is_refused() {
     // None that aborts, either.
     for segments in [7, 10_000_001, 1_000_000_000_000, usize::MAX] {
         assert_eq!(line.exact_in(segments).unwrap_err().name, "segments");
-        assert_eq!(plane.combined_in::<2>(segments).unwrap_err().name, "segments");
+        assert_eq!(plane.exact_in(segments).unwrap_err().name, "segments");
     }
-    assert_eq!(plane.combined([[Segment::default(); 21]; 2]).unwrap_err().name, "segments");
+    assert_eq!(plane.exact([[Segment::default(); 21]; 2]).unwrap_err().name, "segments");
     for cells in [0, usize::MAX] {
         assert_eq!(Grid::new(&line, cells).unwrap_err().name, "cells");
         assert_eq!(CombinedGrid::new(&plane, cells).unwrap_err().name, "cells");

@@ -308,7 +308,7 @@ fn a_patch_comes_to_rest_and_starts_again() {
 
 #[test]
 fn bad_signals_are_refused_by_name_and_change_nothing() {
-    let mut rolling = patch(tyre(), parabolic()).exact([Segment::default(); 50]).unwrap();
+    let mut rolling = patch(tyre(), parabolic()).exact([[Segment::default(); 50]]).unwrap();
     let good = pulsing();
     for number in 0..20 {
         let time = 1e-3 * f64::from(number);

@@ -175,8 +175,27 @@ fn one_axis_has_the_bits_of_the_grid_of_one_axis() {
             let slip_velocity = |place, time| Vector1::new(slip(place, time));
             let field = Motion { slip_velocity, rolling_speed };
             let got = plane.step_field(&field, 0.3 * LENGTH / speed).unwrap();
-            assert_eq!(plane.deflections()[0], line.deflections());
+            assert_eq!(plane.deflections()[0], line.deflections()[0]);
             assert_within(1e-14, LOAD, got.x, want, || format!("{number}"));
+        }
+    });
+}
+
+/// With the motion held each axis is a patch of its own, whose model is frozen at v.
+#[test]
+fn a_held_step_of_two_axes_is_that_of_each() {
+    check(40, (rubber(), twist(), 1.0..60.0), |(rubber, twist, speed)| {
+        let tyre = patch(rubber.isotropic::<2>(), falling());
+        let slip_velocity = twist.at(0.2);
+        let mut plane = CombinedGrid::new(&tyre, 20).unwrap();
+        let mut lines = tyre.axes(&slip_velocity).map(|axis| Grid::new(&axis, 20).unwrap());
+        for duration in [0.05, 0.13, 0.4].map(|share| share * LENGTH / speed) {
+            let got = plane.step(Motion { slip_velocity, rolling_speed: speed }, duration).unwrap();
+            for (i, line) in lines.iter_mut().enumerate() {
+                let motion = Motion { slip_velocity: slip_velocity[i], rolling_speed: speed };
+                assert_eq!(line.step(motion, duration).unwrap(), got[i]);
+                assert_eq!(plane.deflections()[i], line.deflections()[0]);
+            }
         }
     });
 }

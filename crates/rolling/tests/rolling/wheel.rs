@@ -111,7 +111,7 @@ fn steered<T: Scalar, const N: usize>(
         parameters(pressure, speed);
     let line = tyre.patch();
     let model = PlaneFrBd::isotropic(*line.model().curve(), *line.model().rheology());
-    let tyre = patch(model, pressure).combined_in(1000).unwrap();
+    let tyre = patch(model, pressure).exact_in(1000).unwrap();
     let all = BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity };
     BrakedWheel::new(all).unwrap()
 }
@@ -472,7 +472,7 @@ fn a_tyre_of_one_axis_does_not_steer() {
     let error = wheel.step(steer(0.1), 1e-3).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "lateral_velocity is 0.1, but must be zero on a tyre of one axis (Patch::combined makes \
+        "lateral_velocity is 0.1, but must be zero on a tyre of one axis (a PlaneBristle makes \
          one of two)"
     );
     assert_eq!(wheel.state(), before);
@@ -518,7 +518,7 @@ fn a_run_in_an_array_allocates_nothing() {
     let BrakedWheelParameters { brake, mass, inertia, radius, speed, angular_velocity, .. } =
         parameters::<f64, 3>(parabolic(), 30.0);
     let counted = allocation_counter::measure(|| {
-        let tyre = patch(tyre(), parabolic()).exact([Segment::default(); 100]).unwrap();
+        let tyre = patch(tyre(), parabolic()).exact([[Segment::default(); 100]]).unwrap();
         let all =
             BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity };
         let mut wheel = BrakedWheel::new(all).unwrap();

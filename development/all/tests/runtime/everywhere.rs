@@ -183,7 +183,7 @@ fn patch<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
 fn rolling<M: Bristle<f64, Deflection = f64>>(model: M) -> Vec<u64> {
     let pressure = PolynomialExponential::parabolic();
     let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
-    wheel(patch.under_load(4000.0).unwrap().exact([Segment::default(); 60]).unwrap(), 0.0)
+    wheel(patch.under_load(4000.0).unwrap().exact([[Segment::default(); 60]]).unwrap(), 0.0)
 }
 
 /// A model and the one chosen at run time, everywhere.
@@ -233,7 +233,7 @@ where
     let pressure = PolynomialExponential::constant();
     let patch = Patch::new(PatchParameters { model: model.clone(), length: 0.1, pressure });
     let patch = patch.unwrap().under_load(4000.0).unwrap();
-    let tyre = patch.combined([[Segment::default(); 60]; 2]).unwrap();
+    let tyre = patch.exact([[Segment::default(); 60]; 2]).unwrap();
     [bits(all), wheel(tyre, 0.4)].concat()
 }
 

@@ -17,7 +17,7 @@ fn rolling<T: Scalar>(input: &Input<T>) -> Result<Rolling<T>, ParameterError> {
         pressure: PolynomialExponential::parabolic(),
     })?
     .under_load(input.normal_force)?
-    .exact([Segment::default(); 64])
+    .exact([[Segment::default(); 64]])
 }
 
 fn motion<T: Scalar>(input: &Input<T>) -> Motion<T> {
