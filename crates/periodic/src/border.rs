@@ -7,7 +7,7 @@ use bristle::ode::{Direction, Event, System};
 use bristle::parameter::ParameterError;
 use nalgebra::SVector;
 
-use crate::shooting::scaled_rate;
+use crate::segments::scaled_rate;
 use crate::{BranchEnd, BranchPoint, Continuation, Guess, Orbit, PeriodicError};
 
 /// Beyond a border, by this share of the range, what leaves the cycle is simulated, from a start

@@ -4,7 +4,7 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | x₀, T | a state of the motion, and its period | of each state, s |
+//! | x₀, T | a state of the motion, and its period; those of its segments if there are several | of each state, s |
 //! | p | parameter, in units of the width of its range | – |
 //! | G | what shooting makes zero: the motion does not close, its phase is not fixed | – |
 //! | t | tangent of the branch, a unit vector in x₀ (over its scales) and p | – |
@@ -34,11 +34,9 @@ use bristle::ode::System;
 use bristle::parameter::{Named, ParameterError};
 use nalgebra::{Complex, DMatrix, DVector, SVector};
 
-use crate::flow::{Flow, Runs};
-use crate::shooting::{
-    Newton, SMALLEST, checked_scales, free_equations, identity, orbit, scaled_rate, solve,
-    time_of_return,
-};
+use crate::flow::Flow;
+use crate::segments::{Cyclic, Equations, correct, scaled_rate, solve};
+use crate::shooting::{Newton, SMALLEST};
 use crate::{Guess, Multiplier, Orbit, PeriodicError, Shooting};
 
 /// How a branch is followed.
@@ -151,9 +149,9 @@ impl<const N: usize> OrbitBranch<N> {
 }
 
 /// The unknowns y; the parameter over the width of its range.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Unknowns<const N: usize> {
-    guess: Guess<N>,
+    segments: Vec<Guess<N>>,
     parameter: f64,
 }
 
@@ -161,7 +159,7 @@ struct Unknowns<const N: usize> {
 struct Found<const N: usize> {
     unknowns: Unknowns<N>,
     orbit: Orbit<N>,
-    /// In x₀, T and p.
+    /// In the states and durations of the segments, and p.
     tangent: DVector<f64>,
     /// f(x₀) over the scales [1/s].
     rate: SVector<f64, N>,
@@ -176,9 +174,8 @@ type Forced<'a> = Option<&'a dyn Fn(f64) -> f64>;
 struct Problem<'a, F, const N: usize, const K: usize> {
     system: F,
     period: Forced<'a>,
-    runs: Runs,
+    cyclic: Cyclic<N>,
     most_iterations: usize,
-    scales: SVector<f64, N>,
     width: f64,
 }
 
@@ -223,22 +220,24 @@ impl Continuation {
         parameter: f64,
         guess: Guess<N>,
     ) -> Result<OrbitBranch<N>, PeriodicError> {
-        let width = self.checked()?;
-        let scales = checked_scales(system(parameter)?.scales())?;
-        let (runs, most_iterations) = (self.shooting.runs()?, self.shooting.most_iterations);
+        let (width, most_iterations) = (self.checked()?, self.shooting.most_iterations);
+        let first = system(parameter)?;
+        let cyclic = self.shooting.cyclic(period.map(|_| 0.0), first.scales())?;
+        let segments = cyclic.cut(&first, guess)?;
         let mut problem: Problem<'_, _, N, K> =
-            Problem { system, period, runs, most_iterations, scales, width };
-        let start = Unknowns { guess, parameter: parameter / width };
-        let upwards = DVector::from_fn(N + 2, |i, _| if i > N { 1.0 } else { 0.0 });
+            Problem { system, period, cyclic, most_iterations, width };
+        let mut upwards = DVector::zeros(segments.len() * (N + 1) + 1);
+        upwards[segments.len() * (N + 1)] = 1.0;
+        let start = Unknowns { segments, parameter: parameter / width };
         let mut at = problem.correct(&start, &upwards, 0.0)?;
         if let Some(half) = problem.half(&at)? {
-            problem.runs.sign = -1.0;
+            problem.cyclic.sign = -1.0;
             at = problem.correct(&half, &upwards, 0.0)?;
         }
-        if at.tangent[N + 1] * self.first_step < 0.0 {
+        if by_parameter(&at.tangent) * self.first_step < 0.0 {
             at.tangent *= -1.0;
         }
-        let first = (self.first_step / width / at.tangent[N + 1]).abs();
+        let first = (self.first_step / width / by_parameter(&at.tangent)).abs();
         let mut step = first.min(self.largest_step);
         let mut points = vec![problem.point(&at, PointKind::Regular)];
         let end = loop {
@@ -309,7 +308,7 @@ impl<const N: usize> Found<N> {
                 let pairs = across.iter().enumerate();
                 pairs.flat_map(|(i, a)| across[..i].iter().map(move |b| one - a * b)).product()
             }
-            _ => return self.tangent[N + 1],
+            _ => return by_parameter(&self.tangent),
         };
         product.re
     }
@@ -327,105 +326,139 @@ where
         tangent: &DVector<f64>,
         step: f64,
     ) -> Result<Found<N>, PeriodicError> {
-        let mut at = *from;
-        at.add(&(tangent * step), &self.scales);
-        let predicted = at;
+        let mut at = from.clone();
+        at.add(&(tangent * step), &self.cyclic.runs.scales);
+        let (predicted, weights) = (at.clone(), self.weights(tangent.len()));
         let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
             let system = (self.system)(at.parameter * self.width)?;
-            at.guess.period = self.period_at(&system, at.parameter, &at.guess)?;
-            let run = self.runs.flow(&system, (0.0, at.guess.state), at.guess.period)?;
-            let (mut matrix, mut right) = self.equations(&system, &at, &run)?;
-            for i in (0..N + 2).filter(|&i| i != N) {
-                matrix[(N + 1, i)] = tangent[i];
-            }
-            let correction = solve(matrix.clone(), &right)?;
+            let (found, matrix) = self.equations(&system, &mut at, tangent)?;
+            let correction = solve(matrix.clone(), &found.right)?;
             if newton.is_over(correction.norm())? {
-                if self.period.is_none() && !(run.extent > SMALLEST) {
+                if self.period.is_none() && !(found.extent > SMALLEST) {
                     return Err(PeriodicError::Equilibrium);
                 }
-                right.fill(0.0);
-                right[N + 1] = 1.0;
-                let tangent = unit(solve(matrix, &right)?);
-                let forced = self.period.is_some();
-                let orbit = orbit(&run, (0.0, at.guess.state), at.guess.period, forced)?;
-                let off = (at.guess.state - predicted.guess.state).component_div(&self.scales);
-                let off = off.norm().hypot(at.parameter - predicted.parameter);
+                let orbit = self.cyclic.orbit(&at.segments, &found.flows)?;
+                let off = at.minus(&predicted, &self.cyclic.runs.scales);
+                let off = off.component_mul(&off).dot(&weights).sqrt();
                 // Not onto another part of the branch.
                 if off > MOST_OFF * step && step > 0.0 {
                     let (iterations, correction) = (self.most_iterations, off / step);
                     return Err(PeriodicError::NotConverged { iterations, correction });
                 }
-                let rate = scaled_rate(&system, &self.scales, 0.0, &at.guess.state);
-                return Ok(Found { unknowns: at, orbit, tangent, rate, extent: run.extent });
+                let mut tangent = self.tangent(matrix)?;
+                if self.cyclic.is_uneven(&found.flows) {
+                    tangent = self.recut(&system, &mut at, &found.flows, &tangent)?;
+                }
+                let start = at.segments[0].state;
+                let rate = scaled_rate(&system, &self.cyclic.runs.scales, 0.0, &start);
+                return Ok(Found { unknowns: at, orbit, tangent, rate, extent: found.extent });
             }
             // The plane across the tangent is kept, as each correction lies in it.
-            at.add(&(&correction * newton.share(correction.norm(), 1.0)), &self.scales);
+            let share = newton.share(correction.norm(), 1.0);
+            at.add(&(correction * share), &self.cyclic.runs.scales);
         }
     }
 
-    /// The period at a parameter: forced, or until the motion returns.
-    fn period_at(
+    /// What the unknowns count in a length along the branch: the mean square of the states, and p.
+    fn weights(&self, size: usize) -> DVector<f64> {
+        let share = (N + 1) as f64 / (size - 1) as f64;
+        DVector::from_fn(size, |i, _| match i {
+            _ if i + 1 == size => 1.0,
+            _ if i % (N + 1) == N => 0.0,
+            _ => share,
+        })
+    }
+
+    /// The tangent of length one, from the equations at a point.
+    fn tangent(&self, matrix: DMatrix<f64>) -> Result<DVector<f64>, PeriodicError> {
+        let mut right = DVector::zeros(matrix.nrows());
+        right[matrix.nrows() - 1] = 1.0;
+        let tangent = solve(matrix, &right)?;
+        let length = tangent.component_mul(&tangent).dot(&self.weights(right.len())).sqrt();
+        Ok(tangent / length)
+    }
+
+    /// Cuts a motion anew, as its parts change along the branch. Answers the tangent.
+    fn recut(
         &self,
         system: &S,
-        parameter: f64,
-        guess: &Guess<N>,
-    ) -> Result<f64, PeriodicError> {
-        match self.period {
-            Some(forced) => Ok(forced(parameter * self.width)),
-            None => time_of_return(&self.runs, system, &self.scales, guess),
-        }
+        at: &mut Unknowns<N>,
+        flows: &[Flow<N>],
+        tangent: &DVector<f64>,
+    ) -> Result<DVector<f64>, PeriodicError> {
+        at.segments = self.cyclic.recut(at.segments[0].state, flows);
+        let (_, matrix) = self.equations(system, at, tangent)?;
+        self.tangent(matrix)
     }
 
-    /// Newton's equations for δx₀, δT and δp, without the last, that of the arclength.
+    /// Newton's equations for the segments and δp: the last one is that of the arclength.
     fn equations(
         &self,
         system: &S,
-        at: &Unknowns<N>,
-        run: &Flow<N>,
-    ) -> Result<(DMatrix<f64>, DVector<f64>), PeriodicError> {
-        let (mut matrix, mut right) = free_equations(system, &self.scales, &at.guess, run);
-        matrix = matrix.resize(N + 2, N + 2, 0.0);
-        right = right.resize_vertically(N + 2, 0.0);
+        at: &mut Unknowns<N>,
+        tangent: &DVector<f64>,
+    ) -> Result<(Equations<N>, DMatrix<f64>), PeriodicError> {
         let beside = at.parameter + DIFFERENCE;
         let other = (self.system)(beside * self.width)?;
-        let Guess { state, period } = at.guess;
-        let later = self.period_at(&other, beside, &at.guess)?;
-        let moved = self.runs.end(&other, state, later)? - run.end;
-        let at_end = scaled_rate(system, &self.scales, period, &run.end) * period;
-        // ∂T/∂p over T: the end is followed to where the motion returns, which is less curved.
-        let slower = (later / period - 1.0) / DIFFERENCE;
-        for i in 0..N {
-            let moved = moved[i] / self.scales[i] / DIFFERENCE;
-            (matrix[(i, N)], matrix[(i, N + 1)]) = (at_end[i], moved - at_end[i] * slower);
+        let mut longer = 1.0;
+        if let Some(forced) = self.period {
+            let [period, later] = [at.parameter, beside].map(|it| forced(it * self.width));
+            let now: f64 = at.segments.iter().map(|it| it.period).sum();
+            at.segments.iter_mut().for_each(|it| it.period *= period / now);
+            longer = later / period;
         }
-        if self.period.is_some() {
-            for i in 0..N + 2 {
-                matrix[(N, i)] = identity(i, N) - slower * identity(i, N + 1);
+        let mut found = self.cyclic.equations(system, &mut at.segments)?;
+        let last = found.right.len();
+        found.right = found.right.resize_vertically(last + 1, 0.0);
+        let mut matrix = found.matrix.clone().resize(last + 1, last + 1, 0.0);
+        let mut time = 0.0;
+        for (index, flow) in found.flows.iter().enumerate() {
+            let Guess { state, period } = at.segments[index];
+            let later = match self.period {
+                Some(_) => longer * period,
+                None => {
+                    let target = self.cyclic.target(&at.segments, index).1;
+                    self.cyclic.arrival(&other, &at.segments[index], &target)?
+                }
+            };
+            let moved = self.cyclic.runs.end(&other, (longer * time, state), later)? - flow.end;
+            // ∂τ/∂p over τ: the end is followed to where the motion arrives, which is less curved.
+            let slower = (later / period - 1.0) / DIFFERENCE;
+            let row = index * (N + 1);
+            for i in 0..N {
+                let moved = moved[i] / self.cyclic.runs.scales[i] / DIFFERENCE;
+                matrix[(row + i, last)] = moved - matrix[(row + i, row + N)] * slower;
             }
+            if self.period.is_some() {
+                matrix[(row + N, last)] = -slower;
+            }
+            time += period;
         }
-        Ok((matrix, right))
+        matrix.set_row(last, &tangent.component_mul(&self.weights(last + 1)).transpose());
+        Ok((found, matrix))
     }
 
     /// The unknowns over half a period, of an odd cycle of an odd system.
     fn half(&self, found: &Found<N>) -> Result<Option<Unknowns<N>>, PeriodicError> {
-        let Unknowns { guess: Guess { state, period }, parameter } = found.unknowns;
+        let (scales, parameter) = (&self.cyclic.runs.scales, found.unknowns.parameter);
+        let (state, period) = (found.orbit.start, 0.5 * found.orbit.period);
         let system = (self.system)(parameter * self.width)?;
-        let middle = self.runs.end(&system, state, 0.5 * period)?;
-        let rate = |state: &SVector<f64, N>| scaled_rate(&system, &self.scales, 0.0, state);
+        let middle = self.cyclic.runs.end(&system, (0.0, state), period)?;
+        let rate = |state: &SVector<f64, N>| scaled_rate(&system, scales, 0.0, state);
         let is_odd = |state: SVector<f64, N>| {
             (rate(&state) + rate(&-state)).norm() <= 1e-9 * rate(&state).norm()
         };
-        let apart = (middle + state).component_div(&self.scales).norm();
+        let apart = (middle + state).component_div(scales).norm();
         // Of points that are found to 3e-8.
         let half = self.period.is_none() && apart < 1e-5 && is_odd(state) && is_odd(0.5 * state);
-        let guess = Guess { state, period: 0.5 * period };
-        Ok(half.then_some(Unknowns { guess, parameter }))
+        let segments = self.cyclic.cut(&system, Guess { state, period })?;
+        Ok(half.then_some(Unknowns { segments, parameter }))
     }
 
     /// A point over the whole period.
     fn point(&self, found: &Found<N>, kind: PointKind) -> BranchPoint<N> {
-        let is_half = self.runs.sign < 0.0;
+        let is_half = self.cyclic.sign < 0.0;
         let orbit = if is_half { found.orbit.doubled() } else { found.orbit };
         // After −1 over half a period, 1 over the whole.
         let kind = if is_half && kind == PointKind::Flip { PointKind::Crossing } else { kind };
@@ -476,16 +509,30 @@ where
 }
 
 impl<const N: usize> Unknowns<N> {
-    /// Adds corrections in units of the scales, of the period, and of the width of the range.
+    /// Adds corrections in units of the scales, of the durations, and of the width of the range.
     fn add(&mut self, by: &DVector<f64>, scales: &SVector<f64, N>) {
-        self.guess.correct(by, scales);
-        self.parameter += by[N + 1];
+        correct(&mut self.segments, by, scales);
+        self.parameter += by_parameter(by);
+    }
+
+    /// The difference of the states and the parameter.
+    fn minus(&self, other: &Self, scales: &SVector<f64, N>) -> DVector<f64> {
+        let last = self.segments.len() * (N + 1);
+        DVector::from_fn(last + 1, |i, _| {
+            let (index, entry) = (i / (N + 1), i % (N + 1));
+            match entry {
+                _ if i == last => self.parameter - other.parameter,
+                _ if entry == N => 0.0,
+                _ => {
+                    let [one, other] = [self, other].map(|it| it.segments[index].state[entry]);
+                    (one - other) / scales[entry]
+                }
+            }
+        })
     }
 }
 
-/// A tangent of length one in the state and the parameter.
-fn unit(tangent: DVector<f64>) -> DVector<f64> {
-    let period = tangent[tangent.len() - 2];
-    let length = (tangent.norm_squared() - period * period).sqrt();
-    tangent / length
+/// What the parameter has of a change of all unknowns.
+fn by_parameter(all: &DVector<f64>) -> f64 {
+    all[all.len() - 1]
 }

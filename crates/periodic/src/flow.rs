@@ -53,8 +53,8 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) end: SVector<f64, N>,
     /// The factors of Φ, the first first, in units of the scales.
     pub(crate) factors: Vec<SMatrix<f64, N, N>>,
-    /// How far the run went from its start, over the scales.
-    pub(crate) extent: f64,
+    /// The steps: how long they last \[s\], and the state at their end.
+    pub(crate) steps: Vec<(f64, SVector<f64, N>)>,
 }
 
 impl<const N: usize> Flow<N> {
@@ -64,35 +64,30 @@ impl<const N: usize> Flow<N> {
     }
 }
 
-/// The runs of a search: from a state until the motion comes back, or comes to the mirror image of
-/// that state, x(T/2) = −x(0).
+/// The runs of a search.
 #[derive(Debug, Clone)]
-pub(crate) struct Runs {
+pub(crate) struct Runs<const N: usize> {
     tolerance: f64,
-    /// By what the end of a run is multiplied: −1 in a mirror, else 1.
-    pub(crate) sign: f64,
+    /// The scales of the states: of one branch the same throughout.
+    pub(crate) scales: SVector<f64, N>,
     /// Steps that may still be taken.
     left: Cell<u64>,
 }
 
-impl Runs {
-    /// Runs with a tolerance of a step and a limit on the steps of all of them.
-    pub(crate) fn new(tolerance: f64, most: u64) -> Self {
-        Self { tolerance, sign: 1.0, left: Cell::new(most) }
+impl<const N: usize> Runs<N> {
+    /// Runs with a tolerance of a step over scales, and a limit on the steps of all of them.
+    pub(crate) fn new((tolerance, scales): (f64, SVector<f64, N>), most: u64) -> Self {
+        Self { tolerance, scales, left: Cell::new(most) }
     }
 
-    fn solver<const N: usize>(
-        &self,
-        scales: SVector<f64, N>,
-        duration: f64,
-    ) -> Result<Solver<f64, Automatic, N>, PeriodicError> {
+    fn solver(&self, duration: f64) -> Result<Solver<f64, Automatic, N>, PeriodicError> {
         Named("period", duration).positive()?;
-        let tolerances = Tolerances::scaled(self.tolerance, scales)?;
+        let tolerances = Tolerances::scaled(self.tolerance, self.scales)?;
         Ok(Solver::adaptive(Automatic, tolerances).with_most_steps(self.left.get()))
     }
 
     /// Counts the steps of a run.
-    fn counted<R, const N: usize>(
+    fn counted<R>(
         &self,
         run: Result<R, Box<Failure<f64, N>>>,
         statistics: impl Fn(&R) -> Statistics,
@@ -103,52 +98,49 @@ impl Runs {
     }
 
     /// A run with its derivatives over a duration > 0.
-    pub(crate) fn flow<S: System<f64, N, K>, const N: usize, const K: usize>(
+    pub(crate) fn flow<S: System<f64, N, K>, const K: usize>(
         &self,
         system: &S,
         (start_time, start): (f64, SVector<f64, N>),
         duration: f64,
     ) -> Result<Flow<N>, PeriodicError> {
-        let (scales, span) = (system.scales(), start_time..start_time + duration);
-        let (mut factors, mut extent) = (Factors { list: Vec::new(), turned: 0.0 }, 0.0);
+        let (scales, span) = (self.scales, start_time..start_time + duration);
+        let (mut factors, mut steps) = (Factors { list: Vec::new(), turned: 0.0 }, Vec::new());
         let mut failed = Ok(());
         let mut observer = |step: &Step<f64, N>| {
-            extent = f64::max(extent, (step.end() - start).component_div(&scales).norm());
+            steps.push((step.end_time() - step.start_time(), *step.end()));
             failed = append(system, step, &scales, &mut factors);
             if failed.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        let run = self.solver(scales, duration)?.stream(system, span, start, &[], &mut observer);
+        let run = self.solver(duration)?.stream(system, span, start, &[], &mut observer);
         let end = self.counted(run.map_err(Box::new), |it| it.statistics)?.state;
         failed?;
-        if let Some(last) = factors.list.last_mut() {
-            *last *= self.sign;
-        }
-        Ok(Flow { end: end * self.sign, factors: factors.list, extent })
+        Ok(Flow { end, factors: factors.list, steps })
     }
 
-    /// A run from t = 0 over a duration > 0; it keeps its ends and its events.
-    pub(crate) fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
+    /// A run over a duration > 0; it keeps its ends and its events.
+    pub(crate) fn run<S: System<f64, N, K>, const K: usize>(
         &self,
         system: &S,
-        start: SVector<f64, N>,
+        (start_time, start): (f64, SVector<f64, N>),
         duration: f64,
         events: &[Event<'_, f64, N>],
     ) -> Result<Trajectory<f64, N>, PeriodicError> {
-        let solver = self.solver(system.scales(), duration)?;
-        let run =
-            solver.solve_with_events(system, 0.0..duration, start, events, Output::Uniform(2));
+        let (solver, end) = (self.solver(duration)?, start_time + duration);
+        let ends = Output::Uniform(2);
+        let run = solver.solve_with_events(system, start_time..end, start, events, ends);
         self.counted(run, Trajectory::statistics)
     }
 
-    /// The end of a run from t = 0.
-    pub(crate) fn end<S: System<f64, N, K>, const N: usize, const K: usize>(
+    /// The end of a run.
+    pub(crate) fn end<S: System<f64, N, K>, const K: usize>(
         &self,
         system: &S,
-        start: SVector<f64, N>,
+        start: (f64, SVector<f64, N>),
         duration: f64,
     ) -> Result<SVector<f64, N>, PeriodicError> {
         let run = self.run(system, start, duration, &[])?;
-        Ok(run.last().map_or(start, |(_, end)| end * self.sign))
+        Ok(run.last().map_or(start.1, |(_, end)| *end))
     }
 }
 

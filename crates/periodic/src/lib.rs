@@ -28,6 +28,7 @@ mod flow;
 mod hunting;
 mod multipliers;
 mod prescribed;
+mod segments;
 mod shooting;
 
 pub use branch::{BranchEnd, BranchPoint, Continuation, OrbitBranch, PointKind};

@@ -17,10 +17,10 @@ use bristle::rheology::States;
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::Signal;
 use bristle::{Bristle, Contact, Form};
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use crate::shooting::{checked_scales, identity, orbit, solve};
-use crate::{Orbit, PeriodicError, Shooting};
+use crate::segments::solve;
+use crate::{Guess, Orbit, PeriodicError, Shooting};
 
 impl Shooting {
     /// The deflections of a contact under a velocity of period T \[s\] that repeat with it, from
@@ -60,12 +60,13 @@ impl Shooting {
             return Err(ParameterError::chosen(contact.model().name(), takes).into());
         }
         let system = PrescribedVelocity::new(contact.clone(), velocity);
-        let scales = checked_scales(System::<f64, N>::scales(&system))?;
-        let run = self.runs()?.flow(&system, (start_time, SVector::zeros()), period)?;
-        let kept = run.product();
-        let matrix = DMatrix::from_fn(N, N, |i, j| identity(i, j) - kept[(i, j)]);
-        let made = solve(matrix, &DVector::from_fn(N, |i, _| run.end[i] / scales[i]))?;
-        let start = SVector::from_fn(|i, _| made[i] * scales[i]);
-        orbit(&run, (start_time, start), period, true)
+        let cyclic = self.cyclic(Some(start_time), System::<f64, N>::scales(&system))?;
+        let run = cyclic.runs.flow(&system, (start_time, SVector::zeros()), period)?;
+        let kept = SMatrix::identity() - run.product();
+        let made = run.end.component_div(&cyclic.runs.scales);
+        let kept = DMatrix::from_column_slice(N, N, kept.as_slice());
+        let made = solve(kept, &DVector::from_column_slice(made.as_slice()))?;
+        let state = SVector::from_fn(|i, _| made[i] * cyclic.runs.scales[i]);
+        cyclic.orbit(&[Guess { state, period }], &[run])
     }
 }

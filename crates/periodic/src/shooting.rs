@@ -1,25 +1,17 @@
 //! Periodic motions by shooting.
 //!
-//! x(t₀ + T) = x(t₀) = x₀, by Newton's method with the derivatives Φ of the run:
-//!
-//! (Φ − 1) δx + f(x(t₀ + T)) δT = x₀ − x(t₀ + T),  f(x₀)·δx = 0
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | x, f | state and its rate | of each state |
-//! | T | period: given, or found with the phase fixed by the second equation | s |
-//! | δ | corrections, in units of the scales of the states and of T | |
+//! x(t₀ + T) = x(t₀), by Newton's method with the derivatives of the run; T is given, or found.
+//! The equations are in `segments`.
 //!
 //! Source: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 5.4.
 
-use bristle::Branch;
-use bristle::ode::{Direction, Event, Occurrence, System};
+use bristle::ode::{Event, Occurrence, System};
 use bristle::parameter::{Named, ParameterError};
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::SVector;
 
-use crate::PeriodicError;
-use crate::flow::{Flow, Runs};
-use crate::multipliers::{Multiplier, multipliers};
+use crate::flow::Runs;
+use crate::segments::{Cyclic, correct, solve};
+use crate::{Multiplier, PeriodicError};
 
 /// How periodic motions are looked for.
 ///
@@ -50,12 +42,16 @@ pub struct Shooting {
     pub most_iterations: usize,
     /// Steps of all runs of a search, or of a branch, at most.
     pub most_steps: u64,
+    /// Segments of a period, each with a start that is looked for (multiple shooting). One is
+    /// enough unless the motion forgets its start and then magnifies what is left of it.
+    pub segments: usize,
 }
 
 impl Default for Shooting {
-    /// Steps to 10⁻¹², which leaves nine digits or more of a period, 30 iterations, and 10⁷ steps.
+    /// Steps to 10⁻¹², which leaves nine digits or more of a period, 30 iterations, 10⁷ steps, and
+    /// one segment.
     fn default() -> Self {
-        Self { tolerance: 1e-12, most_iterations: 30, most_steps: 10_000_000 }
+        Self { tolerance: 1e-12, most_iterations: 30, most_steps: 10_000_000, segments: 1 }
     }
 }
 
@@ -114,14 +110,6 @@ impl<const N: usize> Orbit<N> {
 }
 
 impl Shooting {
-    /// The runs of a search, of settings that are checked.
-    pub(crate) fn runs(&self) -> Result<Runs, ParameterError> {
-        let least = 10.0 * f64::EPSILON;
-        Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
-        Named("most_iterations", self.most_iterations).count(1)?;
-        Ok(Runs::new(self.tolerance, self.most_steps))
-    }
-
     /// The motion that repeats with a given period T \[s\] under inputs that do, near a state at
     /// the time `start_time`. T may be a multiple of the period of the inputs.
     ///
@@ -135,21 +123,7 @@ impl Shooting {
         (start_time, period): (f64, f64),
         guess: SVector<f64, N>,
     ) -> Result<Orbit<N>, PeriodicError> {
-        let runs = self.runs()?;
-        let scales = checked_scales(system.scales())?;
-        let mut state = guess;
-        let mut newton = Newton::new(self.most_iterations, CLOSE);
-        loop {
-            let flow = runs.flow(system, (start_time, state), period)?;
-            let (product, defect) = (flow.product(), (state - flow.end).component_div(&scales));
-            let matrix = DMatrix::from_fn(N, N, |i, j| product[(i, j)] - identity(i, j));
-            let correction = solve(matrix, &DVector::from_fn(N, |i, _| defect[i]))?;
-            if newton.is_over(correction.norm())? {
-                return orbit(&flow, (start_time, state), period, true);
-            }
-            let share = newton.share(correction.norm(), flow.extent.max(1.0));
-            state += SVector::from_fn(|i, _| share * correction[i] * scales[i]);
-        }
+        self.close(system, Some(start_time), Guess { state: guess, period })
     }
 
     /// The cycle of a system without inputs, near a guess; its period is found, too.
@@ -162,23 +136,53 @@ impl Shooting {
         system: &S,
         guess: Guess<N>,
     ) -> Result<Orbit<N>, PeriodicError> {
-        let runs = self.runs()?;
-        let scales = checked_scales(system.scales())?;
-        let mut point = guess;
+        self.close(system, None, guess)
+    }
+
+    /// What is looked for: a motion that is forced and begins at a time, or a free one.
+    pub(crate) fn cyclic<const N: usize>(
+        &self,
+        forced: Option<f64>,
+        scales: SVector<f64, N>,
+    ) -> Result<Cyclic<N>, ParameterError> {
+        let least = 10.0 * f64::EPSILON;
+        Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
+        Named("most_iterations", self.most_iterations).count(1)?;
+        Named("segments", self.segments).count(1)?;
+        for (index, &scale) in scales.iter().enumerate() {
+            ParameterError::of_component(index, Named("scales", scale).positive())?;
+        }
+        Ok(Cyclic {
+            runs: Runs::new((self.tolerance, scales), self.most_steps),
+            count: self.segments,
+            start_time: forced.unwrap_or(0.0),
+            forced: forced.is_some(),
+            sign: 1.0,
+        })
+    }
+
+    fn close<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        forced: Option<f64>,
+        guess: Guess<N>,
+    ) -> Result<Orbit<N>, PeriodicError> {
+        let cyclic = self.cyclic(forced, system.scales())?;
+        let mut segments = cyclic.cut(system, guess)?;
         let mut newton = Newton::new(self.most_iterations, CLOSE);
+        // A forced motion may stand still.
+        let least = if cyclic.forced { 1.0 } else { SMALLEST };
         loop {
-            point.period = time_of_return(&runs, system, &scales, &point)?;
-            let flow = runs.flow(system, (0.0, point.state), point.period)?;
-            let (matrix, right) = free_equations(system, &scales, &point, &flow);
-            let correction = solve(matrix, &right)?;
+            let found = cyclic.equations(system, &mut segments)?;
+            let correction = solve(found.matrix, &found.right)?;
             if newton.is_over(correction.norm())? {
-                if !(flow.extent > SMALLEST) {
+                if !(cyclic.forced || found.extent > SMALLEST) {
                     return Err(PeriodicError::Equilibrium);
                 }
-                return orbit(&flow, (0.0, point.state), point.period, false);
+                return cyclic.orbit(&segments, &found.flows);
             }
-            let share = newton.share(correction.norm(), flow.extent.max(SMALLEST));
-            point.correct(&(correction * share), &scales);
+            let share = newton.share(correction.norm(), found.extent.max(least));
+            correct(&mut segments, &(correction * share), &cyclic.runs.scales);
         }
     }
 
@@ -196,38 +200,14 @@ impl Shooting {
         duration: f64,
         section: &Event<'_, f64, N>,
     ) -> Result<Guess<N>, PeriodicError> {
-        self.runs()?;
-        let scales = checked_scales(system.scales())?;
+        let scales = self.cyclic(None, system.scales())?.runs.scales;
         Named("duration", duration).positive()?;
         // A guess need not be exact.
-        let runs = Runs::new(1e-9, self.most_steps);
+        let runs = Runs::new((1e-9, scales), self.most_steps);
         let section = Event { stops: false, ..*section };
-        let run = runs.run(system, start, duration, &[section])?;
+        let run = runs.run(system, (0.0, start), duration, &[section])?;
         settled(run.events(), duration, &scales).ok_or(PeriodicError::DoesNotRepeat)
     }
-}
-
-/// When the motion comes back to the plane across it at its start, nearest to the start of all
-/// times not far from the period that is expected; that period itself if it does not. If it comes
-/// back to the start itself earlier, then: the period expected is a multiple of its own.
-pub(crate) fn time_of_return<S: System<f64, N, K>, const N: usize, const K: usize>(
-    runs: &Runs,
-    system: &S,
-    scales: &SVector<f64, N>,
-    point: &Guess<N>,
-) -> Result<f64, PeriodicError> {
-    let Guess { state: start, period } = *point;
-    let from_start = |state: &SVector<f64, N>| (state * runs.sign - start).component_div(scales);
-    let normal = scaled_rate(system, scales, 0.0, &start);
-    let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&from_start(state));
-    let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
-    let run = runs.run(system, start, LATEST * period, &[plane])?;
-    let passages = run.events();
-    let apart = |it: &&Occurrence<f64, N>| from_start(&it.state).norm();
-    let multiple = passages.iter().find(|it| it.time > LEAST * period && apart(it) < SAME);
-    let returns = passages.iter().filter(|it| it.time > EARLIEST * period);
-    let nearest = || returns.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-    Ok(multiple.or_else(nearest).map_or(period, |it| it.time))
 }
 
 /// A guess from passages through a section until some time: the last passage, and the time since
@@ -246,15 +226,6 @@ fn settled<const N: usize>(
     let goes_on = least < 1.0 && end - last.time < 2.0 * period;
     goes_on.then_some(Guess { state: last.state, period })
 }
-
-/// A period is looked for between these parts of the one that is expected.
-const EARLIEST: f64 = 0.6;
-const LATEST: f64 = 1.6;
-
-/// A motion that comes this near to its start, over the scales, has closed; not within the second
-/// part of the period that is expected, where it has hardly left.
-const SAME: f64 = 1e-8;
-const LEAST: f64 = 1e-3;
 
 /// An orbit that goes less far than this, over the scales, is a point.
 pub(crate) const SMALLEST: f64 = 1e-6;
@@ -295,82 +266,4 @@ impl Newton {
     pub(crate) fn share(&self, correction: f64, largest: f64) -> f64 {
         (0.5 * largest / correction).min(1.0)
     }
-}
-
-impl<const N: usize> Guess<N> {
-    /// Adds corrections in units of the scales and of the period; the period changes by a fifth at
-    /// most.
-    pub(crate) fn correct(&mut self, by: &DVector<f64>, scales: &SVector<f64, N>) {
-        self.state += SVector::from_fn(|i, _| by[i] * scales[i]);
-        self.period *= 1.0 + by[N].clamp(-0.2, 0.2);
-    }
-}
-
-/// Newton's equations for δx and δT, in units of the scales and of T.
-pub(crate) fn free_equations<S: System<f64, N, K>, const N: usize, const K: usize>(
-    system: &S,
-    scales: &SVector<f64, N>,
-    point: &Guess<N>,
-    flow: &Flow<N>,
-) -> (DMatrix<f64>, DVector<f64>) {
-    let rate = |state: &SVector<f64, N>| scaled_rate(system, scales, 0.0, state) * point.period;
-    let (at_start, at_end) = (rate(&point.state), rate(&flow.end));
-    let (defect, product) = ((point.state - flow.end).component_div(scales), flow.product());
-    // A phase condition of the size of the other equations.
-    let size = at_start.norm();
-    let matrix = DMatrix::from_fn(N + 1, N + 1, |i, j| match (i < N, j < N) {
-        (true, true) => product[(i, j)] - identity(i, j),
-        (true, false) => at_end[i],
-        (false, true) => at_start[j] / size,
-        (false, false) => 0.0,
-    });
-    (matrix, DVector::from_fn(N + 1, |i, _| if i < N { defect[i] } else { 0.0 }))
-}
-
-/// The rate of a system over the scales [1/s].
-pub(crate) fn scaled_rate<S: System<f64, N, K>, const N: usize, const K: usize>(
-    system: &S,
-    scales: &SVector<f64, N>,
-    time: f64,
-    state: &SVector<f64, N>,
-) -> SVector<f64, N> {
-    let branches = system.sliding_velocities(time, state).map(Branch::towards);
-    system.rate(time, state, branches).component_div(scales)
-}
-
-/// 1 on the diagonal.
-pub(crate) fn identity(i: usize, j: usize) -> f64 {
-    f64::from(u8::from(i == j))
-}
-
-/// The solution of linear equations.
-pub(crate) fn solve(
-    matrix: DMatrix<f64>,
-    right: &DVector<f64>,
-) -> Result<DVector<f64>, PeriodicError> {
-    let singular = PeriodicError::NotConverged { iterations: 0, correction: f64::INFINITY };
-    let found = matrix.full_piv_lu().solve(right).ok_or(singular)?;
-    if found.iter().all(|entry| entry.is_finite()) { Ok(found) } else { Err(singular) }
-}
-
-/// Scales that are positive and finite.
-pub(crate) fn checked_scales<const N: usize>(
-    scales: SVector<f64, N>,
-) -> Result<SVector<f64, N>, ParameterError> {
-    for (index, &scale) in scales.iter().enumerate() {
-        ParameterError::of_component(index, Named("scales", scale).positive())?;
-    }
-    Ok(scales)
-}
-
-/// The orbit of a run that has closed.
-pub(crate) fn orbit<const N: usize>(
-    flow: &Flow<N>,
-    (start_time, start): (f64, SVector<f64, N>),
-    period: f64,
-    forced: bool,
-) -> Result<Orbit<N>, PeriodicError> {
-    let multipliers = multipliers(&flow.factors)
-        .ok_or(PeriodicError::NotConverged { iterations: 0, correction: f64::NAN })?;
-    Ok(Orbit { start_time, start, period, forced, multipliers })
 }

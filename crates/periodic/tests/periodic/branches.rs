@@ -1,47 +1,81 @@
 use bristle::ode::{Automatic, Direction, Event, Output, Solver, System, Tolerances};
 use bristle::parameter::ParameterError;
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd};
+use bristle::{Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, Mechanism};
+use bristle_analysis::linear::Threshold;
 use bristle_periodic::{
     BranchEnd, Continuation, Guess, Outcome, PeriodicError, Pid, PointKind, Shooting, hunting,
     hunting_map,
 };
 use nalgebra::{SVector, Vector3};
 
-use super::{bristle, curve, hunting_loop, rig, stick_slip};
+use super::{bristle, curve, hunting_loop, rig, rig_on, stick_slip};
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
 fn stick_slip_ends_in_a_fold_where_simulated_cycles_die_out() {
+    let [soft, paper, stiff] = [
+        end_of_stick_slip((0.1, 1.5), 20, 1e-5),
+        end_of_stick_slip((2.0, 0.1), 1, 1e-6),
+        end_of_stick_slip((10.0, 0.1), 10, 1e-5),
+    ];
+    assert!(paper.contains(&PointKind::Flip) && paper.contains(&PointKind::Fold), "{paper:?}");
+    assert!(stiff.contains(&PointKind::Fold) && soft.contains(&PointKind::Flip), "{soft:?}");
+}
+
+/// What is special about a branch from a speed on, the last stable motion of which is simulated
+/// beside its place.
+fn end_of_stick_slip(
+    (stiffness, speed): (f64, f64),
+    segments: usize,
+    beside: f64,
+) -> Vec<PointKind> {
     let model = FrBd::new(curve(), bristle());
-    let start = stick_slip(&rig(model, 0.1), 0.1);
-    let system = |speed: f64| Ok(rig(model, speed));
-    let branch = Continuation { most_points: 22, ..Continuation::over(0.02..2.0) }
-        .free(system, 0.1, start)
-        .unwrap();
-    let kinds: Vec<_> = branch.special().map(|point| point.kind).collect();
-    assert!(kinds.contains(&PointKind::Flip), "{kinds:?}");
-    let fold = branch.special().find(|point| point.kind == PointKind::Fold).unwrap();
-    // There a multiplier is one (beside that of the phase), and the branch comes back.
-    assert!(fold.orbit.transverse()[0].log_modulus.abs() < 1e-3, "{fold:?}");
-    assert!(branch.points.iter().all(|point| point.parameter <= fold.parameter + 1e-9));
-    // From the fold's own state, a millionth slower the mass goes on sticking and slipping; a
-    // millionth faster it slides steadily after some hundred periods.
+    let rig = |velocity: f64| rig_on(stiffness, model, velocity);
+    let mut along = Continuation { most_points: 60, ..Continuation::over(0.02..2.0) };
+    along.shooting.segments = segments;
+    let start = stick_slip(&rig(speed), speed);
+    let branch = along.free(|speed| Ok(rig(speed)), speed, start).unwrap();
+    let stable = branch.points.iter().filter(|point| point.orbit.is_stable());
+    let last = stable.max_by(|a, b| a.parameter.total_cmp(&b.parameter)).unwrap();
+    // From its own state, a little slower the mass goes on sticking and slipping; a little faster
+    // it slides steadily after some hundred periods.
     let mut slowest = [0.0; 2];
-    for (slowest, change) in slowest.iter_mut().zip([-1e-6, 1e-6]) {
-        let rig = rig(model, fold.parameter * (1.0 + change));
+    for (slowest, change) in slowest.iter_mut().zip([-beside, beside]) {
+        let rig = rig(last.parameter * (1.0 + change));
         let tolerances = Tolerances::scaled(1e-12, rig.scales()).unwrap();
         let solver = Solver::adaptive(Automatic, tolerances);
-        let end = 600.0 * fold.orbit.period;
-        let mut run = solver.begin(&rig, 0.0..end, fold.orbit.start).unwrap();
+        let end = 600.0 * last.orbit.period;
+        let mut run = solver.begin(&rig, 0.0..end, last.orbit.start).unwrap();
         *slowest = f64::INFINITY;
         while let Some(step) = run.advance().unwrap() {
-            if step.end_time() > end - fold.orbit.period {
+            if step.end_time() > end - last.orbit.period {
                 *slowest = f64::min(*slowest, step.end()[1]);
             }
         }
     }
-    assert!(slowest[0] < 0.01 && slowest[1] > 0.1, "{slowest:?}");
+    assert!(slowest[0] < 0.01 && slowest[1] > 0.1, "{stiffness} {slowest:?}");
+    branch.special().map(|point| point.kind).collect()
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
+fn the_branch_of_stick_slip_ends_where_steady_sliding_turns_unstable() {
+    let model = FrBd::new(curve(), bristle());
+    let mechanism = Mechanism { mass: 1.0, spring_stiffness: 10.0, viscous_damping: 0.0 };
+    let contact = model.under_load(1.0).unwrap();
+    let onset = bristle_analysis::linear::critical_speed(&contact, mechanism, 1e-3..1.0).unwrap();
+    let Threshold::StableAbove(onset) = onset else { unreachable!("{onset:?}") };
+    let rig = |speed: f64| rig_on(10.0, model, speed);
+    let mut along = Continuation::over(0.02..2.0);
+    along.shooting.segments = 10;
+    let branch = along.free(|speed| Ok(rig(speed)), 0.1, stick_slip(&rig(0.1), 0.1)).unwrap();
+    assert_eq!(branch.end, BranchEnd::Equilibrium);
+    let hopf = branch.points.last().unwrap();
+    // Where a branch shrinks to a point is found to 1e-3 of a step along it: to 1e-3 of the onset.
+    assert!((hopf.parameter - onset).abs() < 1e-3 * onset, "{} {onset}", hopf.parameter);
+    // Its period is that of the swing on the spring, of which the bristle's share is 1e-3.
+    assert!((hopf.orbit.period / (std::f64::consts::TAU / 10_f64.sqrt()) - 1.0).abs() < 2e-3);
 }
 
 #[test]
@@ -68,11 +102,14 @@ fn a_branch_of_forced_motions_is_that_of_a_linear_oscillator() {
         }
     }
     let period = |omega: f64| std::f64::consts::TAU / omega;
-    let branch = Continuation::over(0.5..1.5)
-        .forced(|omega| Ok(Oscillator(omega)), period, 0.6, SVector::zeros())
-        .unwrap();
-    assert_eq!(branch.end, BranchEnd::Range);
-    for point in &branch.points {
+    let mut along = Continuation::over(0.5..1.5);
+    let mut branch = |segments: usize| {
+        along.shooting.segments = segments;
+        along.forced(|omega| Ok(Oscillator(omega)), period, 0.6, SVector::zeros()).unwrap()
+    };
+    let branches = [branch(1), branch(3)];
+    assert!(branches.iter().all(|branch| branch.end == BranchEnd::Range));
+    for point in branches.iter().flat_map(|branch| &branch.points) {
         let w = point.parameter;
         let real = (1.0 - w * w) / ((1.0 - w * w).powi(2) + (0.6 * w).powi(2));
         // Points of a branch are found to 3e-8 of the scales, which are one.
@@ -210,8 +247,14 @@ fn bad_input_has_an_answer_with_a_name() {
     assert!(point.is_err(), "{point:?}");
     // A cycle that does not exist: faster than the fold.
     let fast = rig(model, 1.5);
-    let none = shooting.free(&fast, Guess { state: Vector3::new(0.8, 0.5, 1e-4), period: 4.5 });
-    assert!(none.is_err(), "{none:?}");
+    for segments in [1, 8] {
+        let guess = Guess { state: Vector3::new(0.8, 0.5, 1e-4), period: 4.5 };
+        let none = Shooting { segments, ..shooting }.free(&fast, guess);
+        assert!(none.is_err(), "{none:?}");
+    }
+    assert!(refused(
+        &Shooting { segments: 0, ..shooting }.free(&fast, stick_slip(&system, 0.1)).map(drop)
+    ));
     let ahead = |_: f64, state: &Vector3<f64>| state[1] - 1.5;
     let section = Event { function: &ahead, direction: Direction::Rising, stops: false };
     let settled = shooting.settle(&fast, sliding, 300.0, &section);

@@ -56,13 +56,23 @@ fn hunting_loop() -> ControlLoopParameters<FrBd<Stribeck<f64>, KelvinVoigt<f64>>
 
 /// The stick-slip rig of the paper with a model on Table 2, drawn at a velocity [m/s].
 fn rig<M: Bristle<f64, Deflection = f64>>(model: M, velocity: f64) -> DrivenMass<M> {
+    rig_on(2.0, model, velocity)
+}
+
+/// The same on a spring of another stiffness [N/m].
+fn rig_on<M: Bristle<f64, Deflection = f64>>(
+    spring_stiffness: f64,
+    model: M,
+    velocity: f64,
+) -> DrivenMass<M> {
     let rig = paper::stick_slip_rig(model.under_load(1.0).unwrap());
-    DrivenMass::new(rig.contact, rig.mechanism, velocity).unwrap()
+    let mechanism = Mechanism { spring_stiffness, ..rig.mechanism };
+    DrivenMass::new(rig.contact, mechanism, velocity).unwrap()
 }
 
 /// A cycle of stick-slip: the passage of the mass through the velocity of the drive, rising.
 fn stick_slip<M: Bristle<f64, Deflection = f64>>(rig: &DrivenMass<M>, velocity: f64) -> Guess<3> {
     let ahead = |_: f64, state: &Vector3<f64>| state[1] - velocity;
     let overtakes = Event { function: &ahead, direction: Direction::Rising, stops: false };
-    Shooting::default().settle(rig, rig.at_rest(), 40.0, &overtakes).unwrap()
+    Shooting::default().settle(rig, rig.at_rest(), 400.0, &overtakes).unwrap()
 }

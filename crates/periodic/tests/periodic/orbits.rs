@@ -74,10 +74,20 @@ fn chain() -> Chain {
     Chain(friction([1.3, 1.0, 0.1, 0.0], [20.0, 0.2]))
 }
 
+/// Single and multiple shooting.
+const BOTH: [Shooting; 2] = [
+    Shooting { tolerance: 1e-12, most_iterations: 30, most_steps: 10_000_000, segments: 1 },
+    Shooting { tolerance: 1e-12, most_iterations: 30, most_steps: 10_000_000, segments: 7 },
+];
+
 #[test]
 fn the_chain_repeats_with_its_force() {
+    BOTH.iter().for_each(the_chain_repeats);
+}
+
+fn the_chain_repeats(shooting: &Shooting) {
     let period = std::f64::consts::TAU / FREQUENCY;
-    let orbit = Shooting::default().forced(&chain(), (0.0, period), SVector::zeros()).unwrap();
+    let orbit = shooting.forced(&chain(), (0.0, period), SVector::zeros()).unwrap();
     // MODEL values, ten digits.
     let want = [
         -0.0613145018,
@@ -122,20 +132,17 @@ fn the_chain_repeats_with_its_force() {
 fn stick_slip_repeats_with_its_own_period() {
     let frbd = rig(FrBd::new(curve(), bristle()), 0.1);
     let lugre = rig(LuGre::classical(curve(), bristle()), 0.1);
-    for (simulated, got, want) in [
-        (stick_slip(&frbd, 0.1), Shooting::default().free(&frbd, stick_slip(&frbd, 0.1)), 7.639267),
-        (
-            stick_slip(&lugre, 0.1),
-            Shooting::default().free(&lugre, stick_slip(&lugre, 0.1)),
-            7.630918,
-        ),
-    ] {
-        let orbit = got.unwrap();
-        assert!((orbit.period - want).abs() < 1e-6, "{} {want}", orbit.period);
-        // The last period of a simulation to 1e-9 is that of one that began from rest.
-        assert!((simulated.period - orbit.period).abs() < 1e-6, "{}", simulated.period);
-        // What the mass did before it stuck is forgotten.
-        assert!(orbit.is_stable() && orbit.transverse()[0].log_modulus < -40.0, "{orbit:?}");
+    let guesses = [stick_slip(&frbd, 0.1), stick_slip(&lugre, 0.1)];
+    for shooting in BOTH {
+        let orbits = [shooting.free(&frbd, guesses[0]), shooting.free(&lugre, guesses[1])];
+        for ((orbit, guess), want) in orbits.into_iter().zip(guesses).zip([7.639267, 7.630918]) {
+            let orbit = orbit.unwrap();
+            assert!((orbit.period - want).abs() < 1e-6, "{} {want}", orbit.period);
+            // The last period of a simulation to 1e-9 is that of one that began from rest.
+            assert!((guess.period - orbit.period).abs() < 1e-6, "{}", guess.period);
+            // What the mass did before it stuck is forgotten.
+            assert!(orbit.is_stable() && orbit.transverse()[0].log_modulus < -40.0, "{orbit:?}");
+        }
     }
 }
 
@@ -145,15 +152,17 @@ fn a_loop_hunts() {
     let system = ControlLoop::new(hunting_loop()).unwrap();
     let position = |_: f64, state: &SVector<f64, 4>| state[0];
     let crosses = Event { function: &position, direction: Direction::Rising, stops: false };
-    let shooting = Shooting::default();
-    let guess = shooting.settle(&system, system.displaced(0.02), 60.0, &crosses).unwrap();
+    let guess = BOTH[0].settle(&system, system.displaced(0.02), 60.0, &crosses).unwrap();
     // Simulation misleads: it closes in by 15 % a period.
     assert!((guess.period - 13.76).abs() < 0.01, "{}", guess.period);
-    let orbit = shooting.free(&system, guess).unwrap();
-    assert!((orbit.period - 13.41431327).abs() < 1e-8, "{}", orbit.period);
-    let across = orbit.transverse();
-    assert!((across[0].value() - 0.848580).norm() < 1e-6, "{across:?}");
-    assert!(across[1].value().norm() < 1e-6 && across[2].value().norm() < 1e-6);
+    let [_, orbit] = BOTH.map(|shooting| {
+        let orbit = shooting.free(&system, guess).unwrap();
+        assert!((orbit.period - 13.41431327).abs() < 1e-8, "{}", orbit.period);
+        let across = orbit.transverse();
+        assert!((across[0].value() - 0.848580).norm() < 1e-6, "{across:?}");
+        assert!(across[1].value().norm() < 1e-6 && across[2].value().norm() < 1e-6);
+        orbit
+    });
     // The state at the largest x, and the period of a simulation that has closed in: 0.85^100 is
     // 1e-7.
     let tolerances = Tolerances::scaled(1e-12, system.scales()).unwrap();
