@@ -298,10 +298,8 @@ where
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let GearedJointParameters { motor, external, .. } = &self.parameters;
-        match (motor.next_kink(time, towards), external.next_kink(time, towards)) {
-            (Some(one), Some(other)) => Some(if other < one { other } else { one }),
-            (one, other) => one.or(other),
-        }
+        let first = motor.next_kink(time, towards);
+        external.next_kink(time, first.unwrap_or(towards)).or(first)
     }
 
     fn longest_step(&self) -> Option<T> {
