@@ -17,7 +17,7 @@ use bristle::signal::{Polyline, Vertex};
 /// ```
 /// use bristle_rolling::{AnyPressure, PolynomialExponential, Pressure};
 ///
-/// let pressure: AnyPressure<f64> = PolynomialExponential::parabolic().into();
+/// let pressure: AnyPressure<f64> = AnyPressure::Quadratic(PolynomialExponential::parabolic());
 /// assert_eq!(pressure.at(0.5), 1.5);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
