@@ -168,8 +168,12 @@ impl<T: Scalar> LoadChange<T> {
     #[inline]
     pub fn kept(&self, utilisation: T) -> T {
         let Self { before, after } = *self;
+        // Also where nothing over nothing is carried.
+        if is_zero(after) {
+            return T::zero();
+        }
         if after >= before || utilisation <= T::one() {
-            return if is_zero(after) { T::zero() } else { T::one() };
+            return T::one();
         }
         // Of an infinite utilisation nothing is held.
         (T::one() / utilisation).larger(after / before)

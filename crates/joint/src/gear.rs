@@ -462,30 +462,15 @@ impl<T: Scalar, D: Deflection<T>> GearStep<T, D> {
     /// the energy dissipated by the change of the load, are in the account.
     #[inline]
     pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, LoadedDeflection<T, D>> {
-        let CompletedStep { deflection, force, work, stored, dissipated } =
-            self.completed(mean_velocity);
-        let deflection = LoadedDeflection { deflection, load: self.load };
-        CompletedStep { deflection, force, work, stored, dissipated }
-    }
-
-    /// The load of the step [N m].
-    #[inline]
-    pub(crate) fn load(&self) -> T {
-        self.load
-    }
-
-    /// As [`GearStep::commit`], without the load.
-    #[inline]
-    pub(crate) fn completed(&self, mean_velocity: T) -> CompletedStep<T, D> {
         let done = self.friction.commit(mean_velocity);
         let drag = self.drag * mean_velocity;
         let lost = drag * mean_velocity * self.duration;
         CompletedStep {
+            deflection: LoadedDeflection { deflection: done.deflection, load: self.load },
             force: done.force + drag,
             work: done.work + lost,
             stored: done.stored - self.slipped,
             dissipated: done.dissipated + lost + self.slipped,
-            ..done
         }
     }
 }

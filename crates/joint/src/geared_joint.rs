@@ -146,6 +146,9 @@ impl<T: Scalar> JointTorques<T> {
     }
 }
 
+/// The state after a step, and the account of the gear's friction over it.
+type JointStep<T> = (JointState<T>, CompletedStep<T, LoadedDeflection<T>>);
+
 impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     /// A step of length h ≥ 0 \[s\] of a joint with this friction and a moment of inertia J
     /// [kg m²]: the motion at its end, and what the friction has done, drag included. The torques
@@ -163,7 +166,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M,
         state: &JointState<T>,
         duration: T,
         torques: impl FnOnce(JointMotion<T>) -> JointTorques<T>,
-    ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
+    ) -> Result<JointStep<T>, ParameterError> {
         let JointState { time, angle, velocity, deflection, load, acceleration } = *state;
         let (half, two) = (lit::<T>(0.5) * duration, lit::<T>(2.0));
         let predicted = velocity + half * acceleration;
@@ -180,13 +183,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M,
         let resisting = inertia + half * (step.damping() - slope);
         let acceleration = (driving - step.torque(velocity)) / resisting;
         let mean = velocity + half * acceleration;
-        let done = step.completed(mean);
+        let done = step.commit(mean);
         let next = JointState {
             time: time + duration,
             angle: angle + duration * mean,
             velocity: two * mean - velocity,
-            deflection: done.deflection,
-            load: step.load(),
+            deflection: done.deflection.deflection,
+            load: done.deflection.load,
             acceleration,
         };
         Ok((next, done))
@@ -261,11 +264,7 @@ where
     ///
     /// Refuses a load that is negative or not finite, as that of torques that are not.
     #[inline]
-    pub fn step(
-        &self,
-        state: &JointState<T>,
-        duration: T,
-    ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
+    pub fn step(&self, state: &JointState<T>, duration: T) -> Result<JointStep<T>, ParameterError> {
         let GearedJointParameters { gear, inertia, motor, external } = &self.parameters;
         gear.joint_step(*inertia, state, duration, |middle| {
             JointTorques::of(motor.at(middle), external.at(middle))
@@ -298,10 +297,8 @@ where
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let GearedJointParameters { motor, external, .. } = &self.parameters;
-        match (motor.next_kink(time, towards), external.next_kink(time, towards)) {
-            (Some(one), Some(other)) => Some(if other < one { other } else { one }),
-            (one, other) => one.or(other),
-        }
+        let first = motor.next_kink(time, towards);
+        external.next_kink(time, first.unwrap_or(towards)).or(first)
     }
 
     fn longest_step(&self) -> Option<T> {

@@ -113,17 +113,10 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         if change.after >= change.before {
             return Reloaded { deflection: *deflection, dissipated: T::zero() };
         }
-        let nothing_held = is_zero(change.after);
-        let carried = if nothing_held { T::zero() } else { self.utilisation(velocity, deflection) };
-        let kept = change.kept(carried);
+        let limits = self.model().limits(velocity.norm());
+        let kept = change.kept(limits.utilisation(deflection, self.contact.friction_scale()));
         let dissipated = self.stored_energy(deflection) * (T::one() - kept) * (T::one() + kept);
         Reloaded { deflection: deflection * kept, dissipated }
-    }
-
-    /// What the bristles carry over what the surface holds at a speed.
-    fn utilisation(&self, velocity: &SVector<T, N>, deflection: &SVector<T, N>) -> T {
-        let limits = self.model().limits(velocity.norm());
-        limits.utilisation(deflection, self.contact.friction_scale())
     }
 
     /// Changes the normal force by renewal, see [`Contact::renew`].

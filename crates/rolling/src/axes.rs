@@ -4,7 +4,6 @@ use nalgebra::SVector;
 
 use super::combined::{axes_of, finite};
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::is_zero;
 use bristle::{Bristle, Contact, LoadChange, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -135,9 +134,6 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize> PatchModel<T, SVector<T, 
         slip_velocity: SVector<T, A>,
         ranges: [(T, T); A],
     ) -> T {
-        if is_zero(change.after) {
-            return T::zero();
-        }
         // No bristle is deflected by more on any axis.
         let most = ranges.map(|(low, high)| (-low).larger(high)).into();
         let limits = contact.model().limits(slip_velocity.norm());

@@ -168,40 +168,47 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂v, the slope of the steady force.
     /// LuGre's loses the digits by which c₀ z_ss' and c₂ exceed their sum.
     pub fn by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
-        if is_zero(angular_frequency) {
-            return self.steady_slope().into();
-        }
-        let (pressure, both) = (&self.pressure, self.exponent(angular_frequency));
-        let gathered = pressure.transform_slope(T::zero(), both).scale(self.b0)
-            + pressure.transform_slope(self.decay, both).scale(self.b1);
-        (gathered.scale(self.stiffness / self.transport) + Complex::from(self.direct_force()))
-            .scale(self.weight)
+        self.under(&self.pressure, angular_frequency).scale(self.weight)
     }
 
     /// ∂F/∂v [N s/m] of the steady force.
     pub(super) fn steady_slope(&self) -> T {
-        let (decay, lever) = (self.decay, self.pressure.lever(self.decay));
-        let rise_per_decay = if is_zero(decay) { lever } else { self.pressure.rise(decay) / decay };
-        let deflection = (self.b0 * rise_per_decay + self.b1 * lever) / self.transport;
-        self.weight * (self.stiffness * deflection + self.direct_force())
+        self.by_slip_velocity(T::zero()).re
     }
 
-    /// ∫ p H₂ dξ, risen and remaining apart: LuGre's first is a small difference.
-    fn direct_force(&self) -> T {
-        (self.rising_direct + self.direct) * self.pressure.rise(self.decay)
-            + self.direct * self.pressure.remaining(self.decay)
+    /// The response to the slip velocity under a pressure, over the weight.
+    fn under(&self, pressure: &impl Pressure<T>, angular_frequency: T) -> Complex<T> {
+        let (decay, per_deflection) = (self.decay, self.stiffness / self.transport);
+        // ∫ p H₂ dξ, risen and remaining apart: LuGre's first is a small difference.
+        let direct = (self.rising_direct + self.direct) * pressure.rise(decay)
+            + self.direct * pressure.remaining(decay);
+        let [gathered0, gathered1] = if is_zero(angular_frequency) {
+            let lever = pressure.lever(decay);
+            let risen = if is_zero(decay) { lever } else { pressure.rise(decay) / decay };
+            [risen, lever].map(Complex::from)
+        } else {
+            let both = self.exponent(angular_frequency);
+            [T::zero(), decay].map(|from| pressure.transform_slope(from, both))
+        };
+        let gathered = gathered0.scale(self.b0) + gathered1.scale(self.b1);
+        gathered.scale(per_deflection) + Complex::from(direct)
     }
 
     /// The frequency response from the rolling speed to the force, F̃/Ũ [N s/m], at an angular
     /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂U, the slope of the steady force.
     pub fn by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
+        self.faster_under(&self.pressure, angular_frequency).scale(self.weight)
+    }
+
+    /// The response to the rolling speed under a pressure, over the weight.
+    fn faster_under(&self, pressure: &impl Pressure<T>, angular_frequency: T) -> Complex<T> {
         let shifted = if is_zero(angular_frequency) {
-            self.pressure.lever(self.decay).into()
+            pressure.lever(self.decay).into()
         } else {
-            self.pressure.transform_slope(self.decay, self.exponent(angular_frequency))
+            pressure.transform_slope(self.decay, self.exponent(angular_frequency))
         };
         let share = self.decay / (self.transport * self.length);
-        shifted.scale(-self.weight * self.stiffness * self.stationary * share)
+        shifted.scale(-self.stiffness * self.stationary * share)
     }
 
     /// The frequency response from the slip velocity to the moment of the force about the middle of
@@ -233,29 +240,14 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     pub fn moment_by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
-        self.levered().by_slip_velocity(angular_frequency)
+        self.under(&Levered(&self.pressure), angular_frequency).scale(self.weight * self.length)
     }
 
     /// The frequency response from the rolling speed to the moment, M̃/Ũ [N s], see
     /// [`LinearisedPatch::moment_by_slip_velocity`].
     pub fn moment_by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
-        self.levered().by_rolling_speed(angular_frequency)
-    }
-
-    fn levered(&self) -> LinearisedPatch<T, Levered<P>> {
-        LinearisedPatch {
-            pressure: Levered(self.pressure.clone()),
-            weight: self.weight * self.length,
-            transport: self.transport,
-            length: self.length,
-            stiffness: self.stiffness,
-            decay: self.decay,
-            stationary: self.stationary,
-            b0: self.b0,
-            b1: self.b1,
-            direct: self.direct,
-            rising_direct: self.rising_direct,
-        }
+        self.faster_under(&Levered(&self.pressure), angular_frequency)
+            .scale(self.weight * self.length)
     }
 
     /// s = κ + iω/V
@@ -267,9 +259,9 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
 /// (ξ − ½) p: a pressure times its lever about the middle of the patch, of both signs. Its
 /// integrals are those by quadrature.
 #[derive(Debug, Clone)]
-struct Levered<P>(P);
+struct Levered<'a, P>(&'a P);
 
-impl<T: Scalar, P: Pressure<T>> Pressure<T> for Levered<P> {
+impl<T: Scalar, P: Pressure<T>> Pressure<T> for Levered<'_, P> {
     fn at_and_slope(&self, place: T) -> (T, T) {
         let (lever, (pressure, slope)) = (place - lit(0.5), self.0.at_and_slope(place));
         (lever * pressure, pressure + lever * slope)

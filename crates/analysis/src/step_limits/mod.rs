@@ -173,8 +173,8 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
         [Branch::Forward, Branch::Backward]
             .into_iter()
             .filter_map(|branch| Some(Swing::new(contact, mechanism?, branch, reversed, fastest)))
-            .map(|swing| swing.largest_step(scheme))
-            .fold(None, smaller)
+            .filter_map(|swing| swing.largest_step(scheme))
+            .reduce(f64::smaller)
     };
     Ok(StepLimits {
         scheme,
@@ -233,8 +233,8 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
             let sizes = rates.map(|rate| ComplexField::hypot(rate.re, rate.im));
             let fastest = sizes.into_iter().fold(0.0, f64::max);
             let moving = rates.iter().zip(sizes).filter(|(_, size)| *size > 1e-9 * fastest);
-            let limits = moving.map(|(rate, _)| region::largest_step(scheme, *rate));
-            in_type(limits.fold(None, smaller))
+            let limits = moving.filter_map(|(rate, _)| region::largest_step(scheme, *rate));
+            in_type(limits.reduce(f64::smaller))
         }
     }
 }
@@ -317,14 +317,6 @@ fn breakaway_velocity<T: Scalar, M: Bristle<T, Deflection = T>>(
     branch.at_speed(speed).velocity()
 }
 
-/// The smaller of two limits; `None` is no limit.
-fn smaller<T: PartialOrd>(one: Option<T>, other: Option<T>) -> Option<T> {
-    match (one, other) {
-        (Some(a), Some(b)) => Some(if b < a { b } else { a }),
-        (one, other) => one.or(other),
-    }
-}
-
 impl<T: Scalar> StepLimits<T> {
     /// What sets a limit, as named in an error, with the largest step \[s\] it allows.
     fn causes(&self) -> [(&'static str, Option<T>); 3] {
@@ -337,7 +329,7 @@ impl<T: Scalar> StepLimits<T> {
 
     /// The smallest of the limits \[s\].
     pub fn overall(&self) -> Option<T> {
-        self.causes().into_iter().map(|(_, limit)| limit).fold(None, smaller)
+        self.causes().into_iter().filter_map(|(_, limit)| limit).reduce(T::smaller)
     }
 
     /// Accepts a step \[s\] that is within every limit.

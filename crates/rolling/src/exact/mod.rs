@@ -182,9 +182,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     where
         M: PatchModel<T, V, A>,
     {
-        Named("segments", segments).count(8)?;
-        let most = MOST_SEGMENTS as f64;
-        Named("segments", segments as f64).at_most("the largest patch", most)?;
+        Named("segments", segments).count_between(8, MOST_SEGMENTS)?;
         self.exact([(); A].map(|()| alloc::vec![Segment::default(); 2 * segments + 8]))
     }
 }
@@ -347,9 +345,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         segments: usize,
         deflection: impl Fn(T) -> T,
     ) -> Result<(), ParameterError> {
-        let most = self.queues[0].capacity() / 2;
-        Named("segments", segments).count(1)?;
-        Named("segments", segments as f64).at_most("half of the memory", most as f64)?;
+        Named("segments", segments).count_between(1, self.queues[0].capacity() / 2)?;
         let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
         for number in 0..=segments {
             let checked = Named("deflection", deflection(place(number))).finite();

@@ -107,7 +107,7 @@ pub(super) fn widened<T: Scalar>((low, high): (T, T), value: T) -> (T, T) {
 
 /// Everything the paths of a step share.
 #[derive(Debug)]
-pub(super) struct Paths<T, D, F, G> {
+pub(super) struct Paths<T, D, F, G, const A: usize> {
     /// λᵢ and uᵢ = rᵢ vᵢ of every axis at a slip velocity.
     pub(super) driven: D,
     /// v(ξ, t)
@@ -152,34 +152,29 @@ fn inside<T: Scalar>(place: T) -> T {
     cut(place, T::zero(), T::one())
 }
 
-impl<T, D, F, G> Paths<T, D, F, G>
+impl<T, D, F, G, const A: usize> Paths<T, D, F, G, A>
 where
     T: Scalar,
+    D: Fn(&SVector<T, A>) -> [(T, T); A],
+    F: Fn(T, T) -> SVector<T, A>,
     G: Fn(T, T) -> T,
 {
     fn transport(&self, place: T, time: T) -> T {
         (self.rolling_speed)(inside(place), time) / self.length
     }
 
-    fn slip<const A: usize>(&self, place: T, time: T) -> SVector<T, A>
-    where
-        F: Fn(T, T) -> SVector<T, A>,
-    {
+    fn slip(&self, place: T, time: T) -> SVector<T, A> {
         (self.slip_velocity)(inside(place), time)
     }
 
     /// Follows the bristle that is at a place at the end of the step, and adds the stationary
     /// deflections that it has met to the range of each axis. Velocities that are not
     /// finite on the way make its deflection NaN.
-    pub(super) fn arrival<const A: usize>(
+    pub(super) fn arrival(
         &self,
         node: T,
         ranges: &mut [(T, T); A],
-    ) -> Result<Arrival<T, A>, ParameterError>
-    where
-        D: Fn(&SVector<T, A>) -> [(T, T); A],
-        F: Fn(T, T) -> SVector<T, A>,
-    {
+    ) -> Result<Arrival<T, A>, ParameterError> {
         let (zero, one) = (T::zero(), T::one());
         let width = one / lit(self.cells as f64);
         let mut arrival =
@@ -249,16 +244,13 @@ where
     }
 
     /// Adds what happens along a panel, with v at its start and end.
-    fn pass<const A: usize>(
+    fn pass(
         &self,
         panel: &Panel<T>,
         (before, after): (SVector<T, A>, SVector<T, A>),
         arrival: &mut Arrival<T, A>,
         ranges: &mut [(T, T); A],
-    ) where
-        D: Fn(&SVector<T, A>) -> [(T, T); A],
-        F: Fn(T, T) -> SVector<T, A>,
-    {
+    ) {
         let (zero, one) = (T::zero(), T::one());
         let mut turn = zero;
         if before.dot(&after) < zero {
@@ -275,16 +267,13 @@ where
     }
 
     /// Adds what happens along a part of a panel.
-    fn collect<const A: usize>(
+    fn collect(
         &self,
         panel: &Panel<T>,
         (from, to): (T, T),
         arrival: &mut Arrival<T, A>,
         ranges: &mut [(T, T); A],
-    ) where
-        D: Fn(&SVector<T, A>) -> [(T, T); A],
-        F: Fn(T, T) -> SVector<T, A>,
-    {
+    ) {
         let duration = (panel.end.0 - panel.start.0) * (to - from);
         let met = PLACES.map(|place| {
             let part = if place < 1.0 { from + (to - from) * lit(place) } else { to };

@@ -17,7 +17,7 @@ use bristle::signal::{Polyline, Vertex};
 /// ```
 /// use bristle_rolling::{AnyPressure, PolynomialExponential, Pressure};
 ///
-/// let pressure: AnyPressure<f64> = PolynomialExponential::parabolic().into();
+/// let pressure: AnyPressure<f64> = AnyPressure::Quadratic(PolynomialExponential::parabolic());
 /// assert_eq!(pressure.at(0.5), 1.5);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -64,21 +64,3 @@ impl<T: Scalar> Pressure<T> for AnyPressure<T> {
         transform_slope(from: T, to: Complex<T>) -> Complex<T>;
     }
 }
-
-/// From a pressure of each type.
-macro_rules! holds {
-    ($($variant:ident($pressure:ty))*) => {
-        $(impl<T: Scalar> From<$pressure> for AnyPressure<T> {
-            fn from(pressure: $pressure) -> Self {
-                Self::$variant(pressure)
-            }
-        })*
-    };
-}
-holds! {
-    Exponential(PolynomialExponential<T, 1>)
-    Quadratic(PolynomialExponential<T, 3>)
-    Polynomial(PolynomialExponential<T, 12>)
-}
-#[cfg(feature = "alloc")]
-holds! { Polyline(FunctionPressure<T, Polyline<alloc::vec::Vec<Vertex<T>>>>) }

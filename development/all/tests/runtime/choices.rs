@@ -248,7 +248,7 @@ fn two() -> [AnyBristle<f64>; 2] {
 }
 
 fn patch(model: AnyBristle<f64>) -> Result<f64, ParameterError> {
-    let pressure = AnyPressure::from(PolynomialExponential::parabolic());
+    let pressure = AnyPressure::Quadratic(PolynomialExponential::parabolic());
     let patch = Patch::new(PatchParameters { model, length: 0.1, pressure })?.under_load(100.0)?;
     Ok(patch.steady(Motion { slip_velocity: 0.1, rolling_speed: 2.0 })?.force)
 }

@@ -204,7 +204,7 @@ where
     M: Bristle<f64, Deflection = f64> + Into<AnyBristle<f64>>,
 {
     let any: AnyBristle<f64> = model.clone().into();
-    let (pressure, chosen) = (PolynomialExponential::parabolic(), AnyPressure::from);
+    let (pressure, chosen) = (PolynomialExponential::parabolic(), AnyPressure::Quadratic);
     let patch_of_any = patch(any.clone(), chosen(pressure), v);
     prop_assert_eq!(patch(model.clone(), pressure, v), patch_of_any);
     prop_assert_eq!(observed(model.clone(), v), observed(any.clone(), v));
@@ -322,19 +322,19 @@ proptest! {
             ])
         }
         macro_rules! same {
-            ($pressure:expr) => {
+            ($variant:ident, $pressure:expr) => {
                 let pressure = $pressure;
-                let any: AnyPressure<f64> = pressure.clone().into();
+                let any = AnyPressure::$variant(pressure.clone());
                 prop_assert_eq!(integrals(&pressure, place), integrals(&any, place));
             };
         }
         let of = |coefficients| PolynomialExponentialParameters { coefficients, decay };
-        same!(PolynomialExponential::new(of(c)).unwrap());
-        same!(PolynomialExponential::new(PolynomialExponentialParameters {
+        same!(Quadratic, PolynomialExponential::new(of(c)).unwrap());
+        same!(Exponential, PolynomialExponential::new(PolynomialExponentialParameters {
             coefficients: [c[0]],
             decay,
         }).unwrap());
-        same!(PolynomialExponential::new(of(c)).unwrap().padded::<12>());
+        same!(Polynomial, PolynomialExponential::new(of(c)).unwrap().padded::<12>());
 
         fn values(s: &(impl Signal<f64> + JointInput<f64>), time: f64) -> Vec<u64> {
             let (value, rate) = s.value_and_rate(time);
@@ -354,7 +354,7 @@ proptest! {
             let vertex = |time, value| Vertex { time, value };
             let line = [vertex(0.0, c[0]), vertex(0.4, c[1]), vertex(1.0, c[2])].to_vec();
             let line = Polyline::new(line).unwrap();
-            same!(FunctionPressure::new(line.clone()).unwrap());
+            same!(Polyline, FunctionPressure::new(line.clone()).unwrap());
             prop_assert_eq!(values(&line, place), values(&AnySignal::from(line), place));
         }
     }
