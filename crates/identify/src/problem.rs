@@ -66,14 +66,6 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Leaves out the rows whose gradients exceed a size, and counts them.
-    pub(super) fn up_to(mut self, largest: f64) -> (Self, usize) {
-        let all = self.rows.len();
-        self.rows.retain(|(_, gradient)| !(gradient.amax() > largest));
-        let dropped = all - self.rows.len();
-        (self, dropped)
-    }
-
     /// The linear problem J δ ≈ −r of so many search variables.
     pub(super) fn linear(&self, width: usize) -> Triangle {
         let mut triangle = Triangle::new(width);
@@ -151,19 +143,17 @@ impl<'a, R: Objective> Problem<'a, R> {
         let slopes = self.slopes(&values);
         let width = values.len();
         let (mut rows, mut done) = (Vec::<(f64, Point)>::new(), Ok(()));
-        let searched = (0..width).filter(|&i| !self.is_fixed(i)).map(Some);
         // One run at least, for the residuals.
-        let first = core::iter::once(None).filter(|_| searched.clone().next().is_none());
-        for (run, direction) in searched.clone().chain(first).enumerate() {
-            let dual = |(i, &re)| Dual64::new(re, if direction == Some(i) { slopes[i] } else { 0.0 });
-            let duals: Vec<_> = values.iter().enumerate().map(dual).collect();
+        for run in (0..width).filter(|&i| i == 0 || !self.is_fixed(i)) {
+            let slope = |i| if i == run && !self.is_fixed(i) { slopes[i] } else { 0.0 };
+            let duals = values.iter().enumerate().map(|(i, &value)| Dual64::new(value, slope(i)));
             let mut row = 0;
-            let run_done = self.residuals.evaluate(&duals, &mut |r: Dual64| {
+            let run_done = self.residuals.evaluate(&duals.collect::<Vec<_>>(), &mut |r: Dual64| {
                 if run == 0 {
                     rows.push((r.re, Point::zeros(width)));
                 }
-                if let (Some((_, gradient)), Some(i)) = (rows.get_mut(row), direction) {
-                    gradient[i] = r.eps;
+                if let Some((_, gradient)) = rows.get_mut(row) {
+                    gradient[run] = r.eps;
                 }
                 row += 1;
             });
