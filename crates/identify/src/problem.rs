@@ -145,15 +145,15 @@ impl<'a, R: Objective> Problem<'a, R> {
         let (mut rows, mut done) = (Vec::<(f64, Point)>::new(), Ok(()));
         // One run at least, for the residuals.
         for run in (0..width).filter(|&i| i == 0 || !self.is_fixed(i)) {
-            let slope = |i| if i == run && !self.is_fixed(i) { slopes[i] } else { 0.0 };
-            let duals = values.iter().enumerate().map(|(i, &value)| Dual64::new(value, slope(i)));
+            let seed = |i| f64::from(u8::from(i == run && !self.is_fixed(i)));
+            let duals = values.iter().enumerate().map(|(i, &value)| Dual64::new(value, seed(i)));
             let mut row = 0;
             let run_done = self.residuals.evaluate(&duals.collect::<Vec<_>>(), &mut |r: Dual64| {
                 if run == 0 {
                     rows.push((r.re, Point::zeros(width)));
                 }
                 if let Some((_, gradient)) = rows.get_mut(row) {
-                    gradient[run] = r.eps;
+                    gradient[run] = r.eps * slopes[run];
                 }
                 row += 1;
             });

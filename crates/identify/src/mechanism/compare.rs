@@ -60,7 +60,7 @@ pub struct Comparison {
 
 /// Fits all candidates to the logs `fitted`, and names the simplest one that predicts each of them
 /// from the others as well as the best. Each candidate is started from the logs and from those
-/// before it that it contains, and never ends above them: put the simpler ones first.
+/// before it that it contains, and its search never ends above them: put the simpler ones first.
 ///
 /// The logs `held_out` are predicted, and take no part in the choice. The callback can stop: only
 /// candidates that were predicted by then can be named.
