@@ -147,17 +147,14 @@ impl<'a, R: Objective> Problem<'a, R> {
         for run in (0..width).filter(|&i| i == 0 || !self.is_fixed(i)) {
             let seed = |i| f64::from(u8::from(i == run && !self.is_fixed(i)));
             let duals = values.iter().enumerate().map(|(i, &value)| Dual64::new(value, seed(i)));
-            let mut row = 0;
-            let run_done = self.residuals.evaluate(&duals.collect::<Vec<_>>(), &mut |r: Dual64| {
-                if run == 0 {
-                    rows.push((r.re, Point::zeros(width)));
-                }
-                if let Some((_, gradient)) = rows.get_mut(row) {
-                    gradient[run] = r.eps * slopes[run];
-                }
-                row += 1;
-            });
-            done = done.and(run_done);
+            let (duals, mut column) = (duals.collect::<Vec<_>>(), Vec::<Dual64>::new());
+            done = done.and(self.residuals.evaluate(&duals, &mut |r| column.push(r)));
+            if run == 0 {
+                rows.extend(column.iter().map(|r| (r.re, Point::zeros(width))));
+            }
+            for ((_, gradient), r) in rows.iter_mut().zip(&column) {
+                gradient[run] = r.eps * slopes[run];
+            }
         }
         let all =
             |(r, gradient): &(f64, Point)| r.is_finite() && gradient.iter().all(|x| x.is_finite());
