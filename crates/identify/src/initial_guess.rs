@@ -21,7 +21,7 @@
 use core::ops::RangeInclusive;
 
 use super::Log;
-use super::log::{median, pairs, quantile, range, span};
+use super::log::{median, quantile, range, span};
 use bristle::parameter::{Named, ParameterError};
 
 /// The range of nearly all rows is that between this share and the same share from the top: a few
@@ -195,8 +195,7 @@ pub(super) fn bulk(values: &mut [f64]) -> (f64, f64) {
 /// of the second differences of Gaussian noise of deviation s are below 1.15 √6 s = 2.82 s. (The
 /// median would be zero for a position rounded to a grid, where half of them may vanish.)
 pub(super) fn noise(position: &[f64]) -> f64 {
-    let three = pairs(position).zip(position.iter().skip(2));
-    let bends = three.map(|((a, b), c)| (a - 2.0 * b + c).abs());
+    let bends = position.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).abs());
     6.0 * quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / 2.82
 }
 

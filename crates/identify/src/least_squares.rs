@@ -313,6 +313,7 @@ impl Damping {
 }
 
 /// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.
+#[derive(Clone)]
 pub(super) struct Draw(u64);
 
 impl Draw {

@@ -66,14 +66,6 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Leaves out the rows whose gradients exceed a size, and counts them.
-    pub(super) fn up_to(mut self, largest: f64) -> (Self, usize) {
-        let all = self.rows.len();
-        self.rows.retain(|(_, gradient)| !(gradient.amax() > largest));
-        let dropped = all - self.rows.len();
-        (self, dropped)
-    }
-
     /// The linear problem J δ ≈ −r of so many search variables.
     pub(super) fn linear(&self, width: usize) -> Triangle {
         let mut triangle = Triangle::new(width);
@@ -151,24 +143,18 @@ impl<'a, R: Objective> Problem<'a, R> {
         let slopes = self.slopes(&values);
         let width = values.len();
         let (mut rows, mut done) = (Vec::<(f64, Point)>::new(), Ok(()));
-        let searched = (0..width).filter(|&i| !self.is_fixed(i)).map(Some);
         // One run at least, for the residuals.
-        let first = core::iter::once(None).filter(|_| searched.clone().next().is_none());
-        for (run, direction) in searched.clone().chain(first).enumerate() {
-            let dual =
-                |(i, &re)| Dual64::new(re, if direction == Some(i) { slopes[i] } else { 0.0 });
-            let duals: Vec<_> = values.iter().enumerate().map(dual).collect();
-            let mut row = 0;
-            let run_done = self.residuals.evaluate(&duals, &mut |r: Dual64| {
-                if run == 0 {
-                    rows.push((r.re, Point::zeros(width)));
-                }
-                if let (Some((_, gradient)), Some(i)) = (rows.get_mut(row), direction) {
-                    gradient[i] = r.eps;
-                }
-                row += 1;
-            });
-            done = done.and(run_done);
+        for run in (0..width).filter(|&i| i == 0 || !self.is_fixed(i)) {
+            let seed = |i| f64::from(u8::from(i == run && !self.is_fixed(i)));
+            let duals = values.iter().enumerate().map(|(i, &value)| Dual64::new(value, seed(i)));
+            let (duals, mut column) = (duals.collect::<Vec<_>>(), Vec::<Dual64>::new());
+            done = done.and(self.residuals.evaluate(&duals, &mut |r| column.push(r)));
+            if run == 0 {
+                rows.extend(column.iter().map(|r| (r.re, Point::zeros(width))));
+            }
+            for ((_, gradient), r) in rows.iter_mut().zip(&column) {
+                gradient[run] = r.eps * slopes[run];
+            }
         }
         let all =
             |(r, gradient): &(f64, Point)| r.is_finite() && gradient.iter().all(|x| x.is_finite());

@@ -163,12 +163,9 @@ const COLUMNS: usize = 5;
 fn motor_torque(log: &Log, rmse: f64) -> Option<Remark> {
     let positions = log.positions();
     let speed = bulk(&mut log.velocity.iter().map(|v| v.abs()).collect::<Vec<f64>>()).1;
-    let around = log.time.iter().zip(&log.velocity);
-    let after = around.clone().skip(2).map(Some).chain([None, None]);
-    let before = around.clone();
-    let accelerations = core::iter::once(0.0).chain(before.zip(after).map(|(before, after)| {
-        after.map_or(0.0, |after| (after.1 - before.1) / (after.0 - before.0))
-    }));
+    let around = log.time.windows(3).zip(log.velocity.windows(3));
+    let slopes = around.map(|(t, v)| (v[2] - v[0]) / (t[2] - t[0]));
+    let accelerations = core::iter::once(0.0).chain(slopes).chain([0.0]);
     let rows = positions.iter().zip(&log.velocity).zip(accelerations).zip(&log.coefficient);
     let rows = rows.skip(log.settled()).map(|(((&x, &v), acceleration), &mu)| {
         ([1.0, x, v, v / (v.abs() + 0.02 * speed), acceleration], mu)

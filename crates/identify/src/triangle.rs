@@ -93,18 +93,17 @@ impl Triangle {
             return Vec::new();
         }
         let svd = scaled.svd(false, true);
-        let mut directions: Vec<_> =
-            (svd.singular_values.iter().zip(svd.v_t.iter().flat_map(|v| v.row_iter())))
-                .map(|(&value, row)| {
+        let directions =
+            (svd.singular_values.iter().zip(svd.v_t.iter().flat_map(|v| v.row_iter()))).map(
+                |(&value, row)| {
                     let mut direction = DVector::zeros(self.unknowns());
                     for (entry, &j) in row.iter().zip(&kept) {
                         direction[j] = *entry;
                     }
                     (value, direction)
-                })
-                .collect();
-        directions.sort_by(|a, b| b.0.total_cmp(&a.0));
-        directions
+                },
+            );
+        directions.collect()
     }
 }
 

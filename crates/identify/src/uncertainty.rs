@@ -24,23 +24,21 @@ const SETTLED: f64 = 1e-6;
 /// The fit at a point, with its standard errors.
 pub(super) fn assess<R: Objective>(problem: &Problem<'_, R>, found: &Found) -> Fit {
     let &Found { ref point, outcome, iterations, .. } = found;
-    let (rows, dropped) = problem.rows(point).up_to(problem.residuals.largest_gradient());
+    let (mut rows, largest) = (problem.rows(point), problem.residuals.largest_gradient());
+    let all = rows.rows.len();
+    rows.rows.retain(|(_, gradient)| !(gradient.amax() > largest));
+    let dropped = all - rows.rows.len();
     let residuals: Vec<f64> = rows.rows.iter().map(|(residual, _)| *residual).collect();
     let series = Series::of(&residuals);
-    let linear = rows.linear(problem.parameters.len());
-    let descent = linear.gradient();
-    let resting = problem.resting(point, &descent);
-    let free: Vec<bool> = resting.iter().map(Option::is_none).collect();
-    let norms = linear.column_norms();
-    let directions = if rows.finite { linear.directions(&free) } else { Vec::new() };
-    let determined = Determinacy::of(&directions, &norms, &free, problem.parameters);
+    let determined = Determinacy::of(problem, point, &rows);
+    let Determinacy { descent, norms, resting, .. } = &determined;
 
     // A parameter that could still go down its gradient, noticeably.
-    let goes_on = |((&gradient, &norm), &free): ((&f64, &f64), &bool)| {
+    let goes_on = |((&gradient, &norm), rests): ((&f64, &f64), &Option<_>)| {
         let share = gradient * gradient / (norm * norm * series.squares);
-        free && share > NOTICEABLE && gradient.abs() > SETTLED * norm * norm
+        rests.is_none() && share > NOTICEABLE && gradient.abs() > SETTLED * norm * norm
     };
-    let stalled = descent.iter().zip(&norms).zip(&free).any(goes_on);
+    let stalled = descent.iter().zip(norms).zip(resting).any(goes_on);
     let converged = outcome == SearchOutcome::Converged;
     let outcome = if converged && stalled { SearchOutcome::Stalled } else { outcome };
 
@@ -117,30 +115,35 @@ pub(super) struct Determinacy {
     undetermined: Vec<bool>,
     /// The directions without an effect.
     weak: Vec<Vec<(&'static str, f64)>>,
+    /// −Jᵀ r.
+    pub(super) descent: Point,
+    /// The lengths of the columns.
+    norms: Point,
+    resting: Vec<Option<Identifiability>>,
 }
 
 impl Determinacy {
-    /// From the singular values and directions of the free columns, and the lengths of all.
-    pub(super) fn of(
-        directions: &[(f64, Point)],
-        norms: &Point,
-        free: &[bool],
-        parameters: &[Parameter],
-    ) -> Self {
-        let width = parameters.len();
+    /// That of rows at a point.
+    pub(super) fn of<R: Objective>(problem: &Problem<'_, R>, point: &Point, rows: &Rows) -> Self {
+        let (parameters, width) = (problem.parameters, problem.parameters.len());
+        let linear = rows.linear(width);
+        let (descent, norms) = (linear.gradient(), linear.column_norms());
+        let resting = problem.resting(point, &descent);
+        let free: Vec<bool> = resting.iter().map(Option::is_none).collect();
+        let directions = if rows.finite { linear.directions(&free) } else { Vec::new() };
         let largest = directions.first().map_or(0.0, |d| d.0);
         let mut inverse = DMatrix::<f64>::zeros(width, width);
         // Without directions the sensitivities are not finite or all zero, and determine no
         // parameter.
-        let mut undetermined: Vec<bool> = (free.iter().zip(norms))
+        let mut undetermined: Vec<bool> = (free.iter().zip(&norms))
             .map(|(&free, &norm)| free && (directions.is_empty() || !(norm > 0.0)))
             .collect();
         let mut weak = Vec::new();
-        for (value, direction) in directions {
+        for (value, direction) in &directions {
             if *value > SINGULAR * largest {
                 // A column of zeros has no share in any direction.
                 let unscaled =
-                    direction.zip_map(norms, |x, norm| if norm > 0.0 { x / norm } else { x });
+                    direction.zip_map(&norms, |x, norm| if norm > 0.0 { x / norm } else { x });
                 inverse += &unscaled * unscaled.transpose() / (value * value);
                 continue;
             }
@@ -156,7 +159,7 @@ impl Determinacy {
             shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
             weak.push(shares);
         }
-        Self { inverse, undetermined, weak }
+        Self { inverse, undetermined, weak, descent, norms, resting }
     }
 }
 

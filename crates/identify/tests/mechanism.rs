@@ -675,7 +675,7 @@ fn a_candidate_never_ends_above_one_that_it_contains() {
     let found =
         mechanism::compare(&pendulum(), &candidates, fitted, held_out, &settings, &mut go_on);
     let found = found.unwrap();
-    let error = |i: usize| found.fits[i].fitted.all.simulated.rmse;
+    let error = |i: usize| found.fits[i].fit.rmse;
     // Coulomb, Dahl, Stribeck, FrBD, LuGre.
     let pairs = [(0, 1), (0, 2), (1, 3), (2, 3), (1, 4), (2, 4)];
     let loaded = pairs.map(|(one, other)| (one + 5, other + 5));
@@ -1139,6 +1139,35 @@ fn what_a_machine_has_beside_comes_back() {
 }
 
 /// Noise of the voltage that moves the simulated position by more than the encoder's counts.
+/// Noise of the torque moves the simulated joint, the less the heavier it is: with a signal a and
+/// the response n to noise, the least squares of (a + n)/J lie at (1 + n·n/a·a) times the inertia.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn noise_of_the_drive_does_not_make_the_joint_heavier() {
+    let joint = Joint::new().known("drag", 0.0).known("coulomb_torque", 1e-6);
+    let horizons = vec![f64::INFINITY];
+    let settings = Settings { horizons, largest_sensitivity: 1e3, ..Settings::default() };
+    let time: Vec<f64> = (0..300).map(|i| 1e-2 * f64::from(i)).collect();
+    let position: Vec<f64> =
+        time.iter().map(|t| 0.1 / (16.0 * INERTIA) * (1.0 - (4.0 * t).cos())).collect();
+    let heavier = |seed: u64, sign: f64| {
+        let mut draw = Draw(1_000_003 * (seed + 1));
+        let noisy = |t: &f64| 0.1 * (4.0 * t).cos() + sign * 0.01 * draw.gauss();
+        let torque: Vec<f64> = time.iter().map(noisy).collect();
+        let columns = DriveLogParameters::new(&time, &position, Drive::Torque(&torque));
+        let logs = [DriveLog::new(columns).unwrap()];
+        let found = fitted(Friction::coulomb(), &joint, &logs, &settings);
+        found.value("inertia").unwrap() / INERTIA - 1.0
+    };
+    // Opposite noise: what is of first order cancels.
+    let all: Vec<f64> =
+        (0..30).map(|seed| 0.5 * (heavier(seed, 1.0) + heavier(seed, -1.0))).collect();
+    let mean = all.iter().sum::<f64>() / 30.0;
+    let scatter = (all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 29.0).sqrt();
+    // Three standard errors of the mean; the least squares alone are five away.
+    assert!(mean.abs() < 3.0 * scatter / f64::sqrt(30.0), "{mean} ± {scatter}");
+}
+
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn standard_errors_know_the_noise_of_the_drive() {

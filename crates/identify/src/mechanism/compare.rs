@@ -7,10 +7,11 @@
 //! It is cut into windows, ten in each log.
 //!
 //! Named is the candidate with the fewest parameters whose squares exceed those of the best by no
-//! more than one standard error s/√n: of n differences, window by window, or of the best one's own
-//! squares, whichever is larger. The differences alone promise too much where all windows of a log
-//! share an error. A search that has not converged says nothing of its candidate, which is then
-//! neither the best nor named.
+//! more than one standard error of the difference, with the errors s/√n of n windows: that of
+//! paired windows, or that of two means apart, √(s₁² + s₂²), whichever is larger. Pairs are to be
+//! independent of each other, and are not where the windows of a log share an error of the
+//! parameters. A search that has not converged says nothing of its candidate, which is then neither
+//! the best nor named.
 //!
 //! Logs that are held out take no part in this: their errors are those of a prediction.
 //!
@@ -59,7 +60,7 @@ pub struct Comparison {
 
 /// Fits all candidates to the logs `fitted`, and names the simplest one that predicts each of them
 /// from the others as well as the best. Each candidate is started from the logs and from those
-/// before it that it contains, and never ends above them: put the simpler ones first.
+/// before it that it contains, and its search never ends above them: put the simpler ones first.
 ///
 /// The logs `held_out` are predicted, and take no part in the choice. The callback can stop: only
 /// candidates that were predicted by then can be named.
@@ -127,14 +128,14 @@ fn named(fits: &[JointFit], squares: &[Vec<f64>], left_out: &[[f64; 2]]) -> [Opt
     let Some((best, [_, own])) = known().min_by(|a, b| a.1[0].total_cmp(&b.1[0])) else {
         return [None; 2];
     };
-    let near = known().map(|(place, _)| place).filter(|&place| {
+    let near = known().filter(|&(place, [_, theirs])| {
         let pairs = squares[place].iter().zip(&squares[best]);
         let more: Vec<f64> = pairs.map(|(ours, best)| ours - best).collect();
         let [mean, error] = mean_and_error(&more);
-        mean <= error.max(*own)
+        mean <= error.max(own.hypot(*theirs))
     });
-    let rank = |place: &usize| (fits[*place].searched(), *place);
-    [Some(best), near.min_by_key(rank)]
+    let simplest = near.map(|(place, _)| place).min_by_key(|&p| (fits[p].searched(), p));
+    [Some(best), simplest]
 }
 
 /// Mean squares of the position window by window, simulated over segments of a length, each of a
@@ -165,11 +166,8 @@ fn squares_left_out(
             rows.iter().enumerate().map(of_log).collect()
         };
         errors.weights = weights(false);
-        let mut watch = |now: &SearchProgress<'_>| {
-            let &SearchProgress { iteration, rmse, values, .. } = now;
-            let gradient_runs = gradient_runs + iteration;
-            progress(&Progress { candidate: 0, horizon, gradient_runs, rmse, values })
-        };
+        let mut watch =
+            |now: &SearchProgress<'_>| progress(&Progress::of(now, horizon, gradient_runs));
         let found = minimise(&errors, &parameters, &search, 0, &mut watch)?;
         gradient_runs += found.iterations;
         errors.weights = weights(true);

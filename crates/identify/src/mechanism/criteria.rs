@@ -219,7 +219,7 @@ mod tests {
     use crate::mechanism::smooth::smooth;
     use crate::mechanism::start::guess;
     use crate::mechanism::{Drive, DriveLogParameters, Friction, Joint, KnownLoad, Term};
-    use num_dual::DualSVec64;
+    use num_dual::Dual64;
 
     /// Dual numbers against central differences, residual by residual.
     fn sensitivities(friction: Friction, criterion: Criterion) {
@@ -255,18 +255,11 @@ mod tests {
         let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
         let searched = |(_, p): &(usize, &crate::Parameter)| p.least < p.most;
         for (i, parameter) in parameters.iter().enumerate().filter(searched) {
-            let duals: Vec<DualSVec64<1>> = (values.iter().enumerate())
-                .map(|(j, &value)| {
-                    let dual = DualSVec64::from_re(value);
-                    if i == j { dual.derivative(0) } else { dual }
-                })
-                .collect();
+            let seed = |j| f64::from(u8::from(i == j));
+            let duals = values.iter().enumerate().map(|(j, &value)| Dual64::new(value, seed(j)));
+            let duals: Vec<Dual64> = duals.collect();
             let mut exact = Vec::new();
-            errors
-                .evaluate(&duals, &mut |r: DualSVec64<1>| {
-                    exact.push(r.eps.unwrap_generic(nalgebra::Const::<1>, nalgebra::U1)[0]);
-                })
-                .unwrap();
+            errors.evaluate(&duals, &mut |r: Dual64| exact.push(r.eps)).unwrap();
             let size = parameter.typical.unwrap_or(parameter.start);
             let run = |change: f64| {
                 let (mut moved, mut residuals) = (values.clone(), Vec::new());

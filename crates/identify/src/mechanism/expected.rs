@@ -7,10 +7,18 @@
 //! it is simulated, and a short segment begins at a position and a velocity that are not known
 //! well: in between is the length over which s is least.
 //!
-//! Source: the bootstrap with a linear estimator, B. Efron, R. J. Tibshirani, "An Introduction to
-//! the Bootstrap" (1993), section 7.3; the noise from third differences of the column.
-
-use core::ops::ControlFlow;
+//! Noise of the drive moves the simulated position by an amount that depends on the parameters: the
+//! least squares prefer a mechanism that moves less by it, which is a bias. As much noise again
+//! moves the parameters as far again, on average over draws of both signs, by which all that is of
+//! first order cancels:
+//!
+//! q ← q − ⟨δ'⟩,  δ' = −(J'ᵀJ')⁻¹ J'ᵀ r'
+//!
+//! Sources: the bootstrap with a linear estimator, B. Efron, R. J. Tibshirani, "An Introduction to
+//! the Bootstrap" (1993), section 7.3; the noise from third differences of the column;
+//! extrapolation to no noise, J. R. Cook, L. A. Stefanski, "Simulation-extrapolation estimation in
+//! parametric measurement error models", Journal of the American Statistical Association 89 (1994),
+//! 1314–1328.
 
 use super::criteria::{Criterion, Errors};
 use super::fit::Stages;
@@ -20,10 +28,11 @@ use super::report::ExpectedError;
 use super::smooth::{SmoothedLog, smooth};
 use crate::initial_guess::noise;
 use crate::least_squares::Draw;
-use crate::log::{pairs, quantile};
-use crate::problem::{Objective, Point, Problem};
+use crate::log::quantile;
+use crate::problem::{Objective, Point, Problem, Rows};
+use crate::residuals::within;
 use crate::uncertainty::Determinacy;
-use crate::{Fit, Identifiability, Parameter, SearchOutcome};
+use crate::{Estimate, Fit, Identifiability, SearchOutcome};
 use bristle::parameter::ParameterError;
 
 /// Lengths of the last segments that are compared where a drive is noisy, over that of the longest
@@ -32,77 +41,44 @@ const SHARES: [f64; 4] = [1.0 / 27.0, 1.0 / 9.0, 1.0 / 3.0, 1.0];
 /// Draws of noise for a length, the same ones for all lengths; and for the standard errors, whose
 /// root mean square is then known to 18 %.
 const DRAWS: [usize; 2] = [8, 16];
+/// Pairs of opposite draws for the bias.
+const PAIRS: usize = 4;
 /// Expected errors over the least ones that are accepted for a longer segment.
 const NEARLY_LEAST: f64 = 1.25;
 /// Standard deviation of the noise of a drive: three quarters of the third differences of Gaussian
 /// noise of deviation s are below 1.15 √20 s. Zero for a command.
 fn drive_noise(log: &DriveLog) -> f64 {
-    let two = pairs(&log.drive).zip(log.drive.iter().skip(2).zip(log.drive.iter().skip(3)));
-    let bends = two.map(|((a, b), (c, d))| (d - a - 3.0 * (c - b)).abs());
+    let bends = log.drive.windows(4).map(|u| (u[3] - u[0] - 3.0 * (u[2] - u[1])).abs());
     let size = quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / (1.15 * f64::sqrt(20.0));
     if log.noisy { size } else { 0.0 }
 }
 
-/// A log with more noise; that of the position is at most of a size. An encoder that stands still
-/// has none.
-fn noisier(log: &DriveLog, most: f64, draw: &mut Draw) -> DriveLog {
-    let (of_drive, of_position) = (drive_noise(log), most.min(noise(&log.position) / 6.0));
-    let drive = log.drive.iter().map(|value| value + of_drive * draw.gauss()).collect();
-    let moved = |(row, &x): (usize, &f64)| {
-        let mut near = log.position.iter().skip(row.saturating_sub(1)).take(3);
-        if near.all(|y| *y == x) { x } else { x + of_position * draw.gauss() }
-    };
-    let position = log.position.iter().enumerate().map(moved).collect();
-    DriveLog { drive, position, ..log.clone() }
+fn is_command(logs: &[SmoothedLog<'_>]) -> bool {
+    logs.iter().all(|smoothed| drive_noise(smoothed.log) == 0.0)
 }
 
-/// Expected errors of the search variables at the starts of the parameters, and the mean square of
-/// the residuals that noise leaves, if the sensitivities are finite and nothing stops in between,
-/// from so many draws. Noise of the position is at most of a size.
-fn expected(
-    errors: &Errors<'_>,
-    parameters: &[Parameter],
-    most: f64,
-    draws: usize,
-    ask: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<Option<(Point, f64)>, ParameterError> {
-    let problem = Problem::new(errors, parameters)?;
+/// Logs with more noise of a sign; that of the position is at most of a size. An encoder that
+/// stands still has none.
+fn noisier(logs: &[SmoothedLog<'_>], [most, sign]: [f64; 2], draw: &mut Draw) -> Vec<DriveLog> {
+    let one = |&SmoothedLog { log, .. }: &SmoothedLog<'_>| {
+        let of_position = sign * most.min(noise(&log.position) / 6.0);
+        let of_drive = sign * drive_noise(log);
+        let drive = log.drive.iter().map(|value| value + of_drive * draw.gauss()).collect();
+        let moved = |(row, &x): (usize, &f64)| {
+            let mut near = log.position.iter().skip(row.saturating_sub(1)).take(3);
+            if near.all(|y| *y == x) { x } else { x + of_position * draw.gauss() }
+        };
+        let position = log.position.iter().enumerate().map(moved).collect();
+        DriveLog { drive, position, ..log.clone() }
+    };
+    logs.iter().map(one).collect()
+}
+
+/// The rows of the start and what they determine, if the sensitivities are finite.
+fn linear(problem: &Problem<'_, Errors<'_>>) -> Option<(Rows, Determinacy)> {
     let rows = problem.rows(&problem.start);
-    if !rows.finite {
-        return Ok(None);
-    }
-    let linear = rows.linear(parameters.len());
-    let resting = problem.resting(&problem.start, &linear.gradient());
-    let free: Vec<bool> = resting.iter().map(Option::is_none).collect();
-    let norms = linear.column_norms();
-    let inverse = Determinacy::of(&linear.directions(&free), &norms, &free, parameters).inverse;
-    let (mut squares, mut draw) = (Point::zeros(parameters.len()), Draw::new());
-    let (mut noise, mut count) = (0.0, 0.0);
-    for _ in 0..draws {
-        let noisy: Vec<DriveLog> =
-            errors.logs.iter().map(|smoothed| noisier(smoothed.log, most, &mut draw)).collect();
-        let logs: Vec<SmoothedLog<'_>> = noisy.iter().map(smooth).collect();
-        let (mut score, mut left) = (Point::zeros(parameters.len()), rows.rows.iter());
-        Errors { logs: &logs, ..errors.clone() }.evaluate(
-            &problem.values(&problem.start),
-            &mut |r: f64| {
-                if let Some((before, gradient)) = left.next() {
-                    // A row beyond says nothing of the accuracy.
-                    if gradient.amax() <= errors.largest_gradient {
-                        score.axpy(r - before, gradient, 1.0);
-                        (noise, count) = (noise + (r - before) * (r - before), count + 1.0);
-                    }
-                }
-            },
-        )?;
-        if ask().is_break() {
-            return Ok(None);
-        }
-        let moved = &inverse * &score;
-        noise -= score.dot(&moved);
-        squares += moved.component_mul(&moved) / draws as f64;
-    }
-    Ok(Some((squares.map(f64::sqrt), noise / count)))
+    let determined = Determinacy::of(problem, &problem.start, &rows);
+    rows.finite.then_some((rows, determined))
 }
 
 impl Stages<'_> {
@@ -110,17 +86,15 @@ impl Stages<'_> {
     /// whose errors are nearly the least: whole logs are what a simulator needs.
     pub(super) fn compare_lengths(&mut self) -> Result<(), ParameterError> {
         self.expected.clear();
-        if self.errors.logs.iter().all(|smoothed| drive_noise(smoothed.log) == 0.0) {
+        if is_command(self.errors.logs) {
             return Ok(());
         }
-        let (mut errors, parameters) = (self.errors.clone(), self.parameters.clone());
         for share in SHARES {
             let length = if share == 1.0 { f64::INFINITY } else { share * self.duration };
-            errors.criterion = Criterion::Segments(length);
+            self.errors.criterion = Criterion::Segments(length);
             self.runs += 1;
-            let (most, draws) = (f64::INFINITY, DRAWS[0]);
-            let sizes = expected(&errors, &parameters, most, draws, &mut || self.ask())?;
-            let Some((sizes, _)) = sizes else { continue };
+            let found = self.errors_by_noise(f64::INFINITY, DRAWS[0])?;
+            let Some((sizes, _)) = found else { continue };
             let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
             let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
             self.expected.push(ExpectedError { length, ratio: mean.exp() });
@@ -132,6 +106,70 @@ impl Stages<'_> {
         Ok(())
     }
 
+    /// Expected errors of the search variables at the starts of the parameters, and the mean square of
+    /// the residuals that noise leaves, if the sensitivities are finite and nothing stops in between,
+    /// from so many draws. Noise of the position is at most of a size.
+    fn errors_by_noise(
+        &mut self,
+        most: f64,
+        draws: usize,
+    ) -> Result<Option<(Point, f64)>, ParameterError> {
+        let (errors, parameters) = (self.errors.clone(), self.parameters.clone());
+        let problem = Problem::new(&errors, &parameters)?;
+        let Some((rows, Determinacy { inverse, .. })) = linear(&problem) else { return Ok(None) };
+        let (mut squares, mut draw) = (Point::zeros(parameters.len()), Draw::new());
+        let (mut noise, mut count) = (0.0, 0.0);
+        for _ in 0..draws {
+            let noisy = noisier(errors.logs, [most, 1.0], &mut draw);
+            let logs: Vec<SmoothedLog<'_>> = noisy.iter().map(smooth).collect();
+            let (mut score, mut left) = (Point::zeros(parameters.len()), rows.rows.iter());
+            Errors { logs: &logs, ..errors.clone() }.evaluate(
+                &problem.values(&problem.start),
+                &mut |r: f64| {
+                    if let Some((before, gradient)) = left.next() {
+                        // A row beyond says nothing of the accuracy.
+                        if gradient.amax() <= errors.largest_gradient {
+                            score.axpy(r - before, gradient, 1.0);
+                            (noise, count) = (noise + (r - before) * (r - before), count + 1.0);
+                        }
+                    }
+                },
+            )?;
+            if self.ask().is_break() {
+                return Ok(None);
+            }
+            let moved = &inverse * &score;
+            noise -= score.dot(&moved);
+            squares += moved.component_mul(&moved) / draws as f64;
+        }
+        Ok(Some((squares.map(f64::sqrt), noise / count)))
+    }
+
+    /// By how much as much noise again moves the search variables on average, that of the position
+    /// at most of a size; nothing for commands.
+    fn bias(&mut self, most: f64) -> Result<Option<Point>, ParameterError> {
+        let (errors, mut draw) = (self.errors.clone(), Draw::new());
+        let mut sum = Point::zeros(self.parameters.len());
+        if self.stopped || is_command(errors.logs) {
+            return Ok(None);
+        }
+        for _ in 0..PAIRS {
+            let before = draw.clone();
+            for sign in [1.0, -1.0] {
+                draw = before.clone();
+                let noisy = noisier(errors.logs, [most, sign], &mut draw);
+                let logs: Vec<SmoothedLog<'_>> = noisy.iter().map(smooth).collect();
+                let errors = Errors { logs: &logs, ..errors.clone() };
+                let found = linear(&Problem::new(&errors, &self.parameters)?);
+                let (Some((_, found)), false) = (found, self.ask().is_break()) else {
+                    return Ok(None);
+                };
+                sum += found.inverse * found.descent / (2 * PAIRS) as f64;
+            }
+        }
+        Ok(Some(sum))
+    }
+
     /// Standard errors are those that noise of drive and position leads one to expect, and those
     /// of the residuals as far as noise does not explain them: s² + (1 − 2 σ_n²/σ²)₊ s_r². It is
     /// twice the squares σ_n² that noise leaves, because those of a simulated log scatter as much.
@@ -141,22 +179,27 @@ impl Stages<'_> {
         }
         let values = fit.values();
         begin_at(&mut self.parameters, &values);
-        let (errors, parameters) = (self.errors.clone(), self.parameters.clone());
-        let sizes = expected(&errors, &parameters, fit.rmse, DRAWS[1], &mut || self.ask())?;
+        let sizes = self.errors_by_noise(fit.rmse, DRAWS[1])?;
+        let bias = self.bias(fit.rmse)?;
         if self.stopped {
             fit.outcome = SearchOutcome::Stopped;
         }
         let Some((sizes, noise)) = sizes else { return Ok(()) };
         let unexplained = (1.0 - 2.0 * noise / (fit.rmse * fit.rmse)).max(0.0);
-        let slopes = Problem::new(&self.errors, &self.parameters)?.slopes(&values);
+        let problem = Problem::new(&self.errors, &self.parameters)?;
+        let slopes = problem.slopes(&values);
+        if let Some(bias) = bias {
+            // A linear step says little beyond a standard error.
+            let bias = bias.zip_map(&sizes, |bias, size| within(bias, -size, size));
+            let values = problem.values(&problem.within(|i| problem.start[i] - bias[i]));
+            fit.estimates.iter_mut().zip(values).for_each(|(e, value)| e.value = value);
+        }
         for ((estimate, size), slope) in fit.estimates.iter_mut().zip(&sizes).zip(slopes) {
-            let known = [Identifiability::Determined, Identifiability::Uncertain];
-            if known.contains(&estimate.verdict) {
-                let squares =
-                    unexplained * estimate.standard_error.powi(2) + (size * slope).powi(2);
-                estimate.standard_error = squares.sqrt();
-                let clear = estimate.standard_error <= estimate.value.abs();
-                estimate.verdict = known[usize::from(!clear)];
+            use Identifiability::{Determined, Uncertain};
+            let Estimate { value, standard_error, verdict, .. } = estimate;
+            if [Determined, Uncertain].contains(verdict) {
+                *standard_error = (unexplained.sqrt() * *standard_error).hypot(size * slope);
+                *verdict = if *standard_error <= value.abs() { Determined } else { Uncertain };
             }
         }
         Ok(())
@@ -178,11 +221,11 @@ mod tests {
         let torque = vec![0.0; 200];
         let new = DriveLogParameters::new(&time, &position, Drive::Torque(&torque));
         let log = DriveLog::new(new).unwrap();
-        let noisy = noisier(&log, f64::INFINITY, &mut Draw::new());
+        let noisy = noisier(&[smooth(&log)], [f64::INFINITY, 1.0], &mut Draw::new());
         let moved = |rows: core::ops::Range<usize>| {
-            rows.filter(|&row| noisy.position[row] != log.position[row]).count()
+            rows.filter(|&row| noisy[0].position[row] != log.position[row]).count()
         };
         // A count lasts three rows, of which the middle one sees no change.
-        assert!(moved(0..100) == 0 && moved(105..195) > 45, "{:?}", noisy.position);
+        assert!(moved(0..100) == 0 && moved(105..195) > 45, "{:?}", noisy[0].position);
     }
 }

@@ -85,6 +85,14 @@ pub struct Progress<'a> {
     pub values: &'a [f64],
 }
 
+impl<'a> Progress<'a> {
+    /// That of a search over segments of a length, after so many runs with derivatives.
+    pub(super) fn of(now: &SearchProgress<'a>, horizon: f64, before: usize) -> Self {
+        let &SearchProgress { iteration, rmse, values, .. } = now;
+        Self { candidate: 0, horizon, gradient_runs: before + iteration, rmse, values }
+    }
+}
+
 /// Most runs with derivatives of a stage before the last.
 const COARSE_RUNS: usize = 20;
 /// Most runs with derivatives from each of two starts, after which the better one goes on.
@@ -330,7 +338,7 @@ impl Stages<'_> {
         let length = self.horizon();
         for _ in 0..HALVINGS {
             self.runs += 1;
-            if is_bearable(&self.errors, &self.parameters, most)? {
+            if self.is_bearable(most)? {
                 break;
             }
             if self.ask().is_break() {
@@ -400,29 +408,22 @@ impl Stages<'_> {
         let (probes, tolerance) = if last { (PROBES, 1.0) } else { (0, 10.0) };
         let tolerance = tolerance * self.settings.tolerance;
         let (before, horizon) = (self.runs, self.horizon());
-        let mut watch = |now: &SearchProgress<'_>| {
-            let &SearchProgress { iteration, rmse, values, .. } = now;
-            let gradient_runs = before + iteration;
-            (self.progress)(&Progress { candidate: 0, horizon, gradient_runs, rmse, values })
-        };
+        let mut watch =
+            |now: &SearchProgress<'_>| (self.progress)(&Progress::of(now, horizon, before));
         let settings = SearchSettings { iterations, tolerance, starts: 1 };
         let found = minimise(&self.errors, &self.parameters, &settings, probes, &mut watch)?;
         begin_at(&mut self.parameters, &found.values);
         self.runs += found.iterations;
         Ok(found)
     }
-}
 
-/// Whether the gradients of nearly all rows keep below a size, and those of the others below a
-/// hundred times as much.
-fn is_bearable(
-    errors: &Errors<'_>,
-    parameters: &[Parameter],
-    most: f64,
-) -> Result<bool, ParameterError> {
-    let problem = Problem::new(errors, parameters)?;
-    let rows = problem.rows(&problem.start);
-    let mut sizes: Vec<f64> = rows.rows.iter().map(|(_, gradient)| gradient.amax()).collect();
-    let usual = quantile(&mut sizes, NEARLY_ALL) <= most;
-    Ok(rows.finite && usual && quantile(&mut sizes, 1.0) <= RARE * most)
+    /// Whether the gradients of nearly all rows keep below a size, and those of the others below a
+    /// hundred times as much.
+    fn is_bearable(&self, most: f64) -> Result<bool, ParameterError> {
+        let problem = Problem::new(&self.errors, &self.parameters)?;
+        let rows = problem.rows(&problem.start);
+        let mut sizes: Vec<f64> = rows.rows.iter().map(|(_, gradient)| gradient.amax()).collect();
+        let usual = quantile(&mut sizes, NEARLY_ALL) <= most;
+        Ok(rows.finite && usual && quantile(&mut sizes, 1.0) <= RARE * most)
+    }
 }

@@ -71,6 +71,8 @@ pub struct JointFit {
     /// The candidate.
     pub friction: Friction,
     /// Its parameters with standard errors, what the data say of them, and how the search ended.
+    /// [`Fit::rmse`] is that of the least squares; of a noisy drive the values are those without
+    /// the bias that its noise gives them.
     pub fit: Fit,
     /// Length of the segments \[s\] that were fitted last; infinite for whole logs, zero for the
     /// inverse criterion.

@@ -76,14 +76,14 @@ pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
     for piece in log.pieces() {
         let times = log.time.get(piece.clone()).unwrap_or_default();
         for (row, &time) in piece.clone().zip(times) {
-            let from = piece.start + times.partition_point(|&t| t < time - width);
-            let to = piece.start + times.partition_point(|&t| t <= time + width);
-            let fitted = Cubic::new(from..to, time, width, &log.time);
+            let about = |centre: f64| {
+                let from = piece.start + times.partition_point(|&t| t < centre - width);
+                let to = piece.start + times.partition_point(|&t| t <= centre + width);
+                Cubic::new(from..to, centre, width, &log.time)
+            };
+            let fitted = about(time);
             // The drive acts later than its rows say.
-            let centre = (time - lag).max(times.first().copied().unwrap_or(0.0));
-            let from = piece.start + times.partition_point(|&t| t < centre - width);
-            let to = piece.start + times.partition_point(|&t| t <= centre + width);
-            let effort = Cubic::new(from..to, centre, width, &log.time);
+            let effort = about((time - lag).max(times.first().copied().unwrap_or(0.0)));
             let effort = effort.at(&|i| log.effort(i, lag));
             let position = fitted.at(&|i| column(&log.position, i));
             let (velocity, acceleration) = match &log.velocity {
