@@ -537,7 +537,8 @@ fn what_drawn_scenes_have_shown_is_seen() {
     for (kind, seed, number, tolerance) in scenes {
         let (mut draw, mut tally) = (Draw(seed), Tally::default());
         for earlier in 0..=number {
-            kind(&mut draw, if earlier == number { &[tolerance] } else { &[] }, &mut tally);
+            let judged = usize::from(earlier == number);
+            kind(&mut draw, &[tolerance][..judged], &mut tally);
         }
         tally.errors.sort_by(f64::total_cmp);
         let is_known = tally.errors.len() == METHODS.len();
