@@ -52,12 +52,9 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         let growth = (jacobians[0] + jacobians[1]) * (step * lit(0.5));
         let tolerance = self.settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
         if !is_cut {
-            let moved = end.state - self.point.state;
-            let shorter = if N < MANY {
-                self.kinks.shorter(&jacobians, (step, &moved), &end.scale)
-            } else {
-                self.kinks.sudden(&jacobians[0], (&self.point, end))
-            };
+            let changes = [end.state - self.point.state, end.rate - self.point.rate];
+            let ends = if N < MANY { jacobians } else { [jacobians[0]; 2] };
+            let shorter = self.kinks.shorter(&ends, (step, changes), &end.scale);
             if shorter.is_some() {
                 return shorter;
             }
@@ -70,7 +67,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         }
         let part = self.settings.method.tolerance_range().part_of_estimate(tolerance, trial.order);
         let stability = self.stepper.stability();
-        self.growth.step((&growth, stability), (trial, square * part * part), &end.scale);
+        let errors = (trial, square * part * part, &self.kinks.missed());
+        self.growth.step((&growth, stability), errors, &end.scale);
         None
     }
 

@@ -1,4 +1,4 @@
-//! What happens while nothing moves.
+//! What happens while nothing moves, or between the stages of a long step.
 //!
 //! A step over which hardly a state moves has hardly an error to estimate, and the next one is
 //! longer. A force or a load that acts within it falls between the stages. So such a step is looked
@@ -6,13 +6,17 @@
 //! at one time in it, at the state where the step begins, for the state hardly moves. They have to
 //! be those of the step's curve. The times are spread by the golden ratio, so that no period falls
 //! between them.
+//!
+//! A long step of an explicit method over which states move may pass over a floor that they touch
+//! between two stages. It is asked for the rates on its curve in a tenth as many pieces: they have
+//! to be its slopes.
 
 use nalgebra::SVector;
 
 use super::System;
 use super::integration::Integration;
 use super::locked::Interval;
-use super::stepper::{Field, Method, Point};
+use super::stepper::{Field, Method, Point, Stepper};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
@@ -25,8 +29,14 @@ const LEAST: f64 = 20.0;
 /// The part of a piece between the times in two neighbouring ones: 1/φ.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// A step that moves a state by more tolerances is not looked into.
+/// In a step that moves a state by more tolerances, states change within a piece.
 const HARDLY: f64 = 100.0;
+
+/// So many pieces are one where states move.
+const MOVING: f64 = 10.0;
+
+/// The slope of a curve is that over this part of the step to both sides.
+const NEAR: f64 = 1e-3;
 
 impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
     Integration<'_, T, S, M, N, K>
@@ -43,7 +53,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         let size = |change: &SVector<T, N>| to_f64(change.component_div(&end.scale).amax());
         let moved = size(&(end.state - self.point.state));
         if !(moved < HARDLY) {
-            return None;
+            return self.passed_over(end, interval, count / MOVING);
         }
         let curve = self.step.dense_output;
         let (_, mut field, from) = self.parts(interval);
@@ -59,6 +69,27 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
                 return Some(piece * lit(done.max(0.5)));
             }
             before = after;
+            within = (within + GOLDEN) % 1.0;
+        }
+        None
+    }
+
+    /// The same over some pieces of a step over which states move: with a shorter one where its
+    /// curve strays within one of them by more than the solution may be off.
+    #[cold]
+    fn passed_over(&mut self, end: &Point<T, N>, interval: Interval<T>, count: f64) -> Option<T> {
+        let most = self.most_growth.filter(|_| !self.stepper.stability().is_empty())?;
+        let (stepper, mut field, from) = self.parts(interval);
+        let curve = stepper.dense_output(&mut field, from, end);
+        let (step, mut within) = (end.time - from.time, 0.5);
+        for number in 0..count as u32 {
+            let place = lit::<T>((f64::from(number) + within) / count);
+            let rate = field.rate(from.time + step * place, &curve.at(place));
+            let way = curve.at(place + lit(NEAR)) - curve.at(place - lit(NEAR));
+            let off = (rate * step - way * lit::<T>(0.5 / NEAR)) * lit::<T>(1.0 / count);
+            if !(to_f64(off.component_div(&end.scale).amax()) <= most) {
+                return Some(step * place * lit(0.9));
+            }
             within = (within + GOLDEN) % 1.0;
         }
         None
