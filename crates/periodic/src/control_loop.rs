@@ -58,6 +58,12 @@ pub struct ControlLoopParameters<M> {
 }
 
 impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
+    /// The period of the mass on the controller's stiffness and the spring \[s\].
+    pub(crate) fn swing(&self) -> f64 {
+        let stiffness = self.controller.proportional + self.mechanism.spring_stiffness;
+        core::f64::consts::TAU * (self.mechanism.mass / stiffness).sqrt()
+    }
+
     /// The parameters if each is in its range.
     pub(crate) fn checked(self) -> Result<Self, ParameterError> {
         self.mechanism.checked()?;
@@ -84,8 +90,8 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
 /// not change.
 ///
 /// States: position error \[m\], velocity [m/s], deflection \[m\], integral of the error \[m s\],
-/// filtered velocity [m/s], held force \[N\]. Without integral action the integral is not used, and decays with a
-/// time constant of 1 s, so that motions can repeat.
+/// filtered velocity [m/s], held force \[N\]. Without integral action the integral is not used, and
+/// decays with a time constant of 1 s, so that motions can repeat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlLoop<M, const N: usize> {
     parameters: ControlLoopParameters<M>,

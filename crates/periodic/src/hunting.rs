@@ -24,12 +24,11 @@ use std::thread;
 use bristle::companion::VelocityHistory;
 use bristle::number::Number;
 use bristle::ode::{Automatic, Direction, Event, Solver, System, Tolerances};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::Named;
 use bristle::{Branch, Bristle};
-use bristle_analysis::linear::StateSpace;
-use nalgebra::{RowSVector, SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
-use crate::multipliers::multipliers;
+use crate::multipliers::{multipliers, without_one};
 use crate::{
     ControlLoop, ControlLoopParameters, Guess, Multiplier, Orbit, PeriodicError, Pid, Shooting,
 };
@@ -123,7 +122,6 @@ impl Slips {
         let bristle = of.contact.model().storage_stiffness() * of.contact.reference_load();
         let far = FAR * start.abs().max(bristle * deflection / of.controller.proportional);
         let stiffness = of.controller.proportional + of.mechanism.spring_stiffness;
-        let swing = core::f64::consts::TAU * (of.mechanism.mass / stiffness).sqrt();
         let creep = (bristle + stiffness) / of.controller.integral;
         let creep = if of.controller.integral > 0.0 { creep } else { 0.0 };
         Self {
@@ -134,7 +132,7 @@ impl Slips {
             last: [None; 12],
             cycle: Outcome::Rests,
             unchanged: [0; 2],
-            wait: QUIET * swing.max(creep),
+            wait: QUIET * of.swing().max(creep),
             duration,
         }
     }
@@ -370,24 +368,17 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
     let Pid { sample_time, filter_time, .. } = parameters.controller;
     if sample_time > 0.0 {
         let system = ControlLoop::sampled(parameters.clone())?;
-        let abscissas = sampled_abscissas(&system)?;
         let cycle = start.and_then(|start| sampled_hunting_orbit(&system, start, duration).ok());
-        Ok(report(&system, outcomes, abscissas, (cycle, Some(system.samples()))))
+        Ok(report(&system, outcomes, cycle, Some(system.samples())))
     } else if filter_time > 0.0 {
-        continuous_report(&ControlLoop::filtered(parameters.clone())?, outcomes, start, duration)
+        let system = ControlLoop::filtered(parameters.clone())?;
+        let cycle = start.and_then(|start| hunting_orbit(&system, start, duration).ok());
+        Ok(report(&system, outcomes, cycle, None))
     } else {
-        continuous_report(&ControlLoop::new(parameters.clone())?, outcomes, start, duration)
+        let system = ControlLoop::new(parameters.clone())?;
+        let cycle = start.and_then(|start| hunting_orbit(&system, start, duration).ok());
+        Ok(report(&system, outcomes, cycle, None))
     }
-}
-
-fn continuous_report<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
-    outcomes: Vec<(f64, Outcome)>,
-    start: Option<f64>,
-    duration: f64,
-) -> Result<HuntingReport, PeriodicError> {
-    let cycle = start.and_then(|start| hunting_orbit(system, start, duration).ok());
-    Ok(report(system, outcomes, abscissas(system)?, (cycle, None)))
 }
 
 /// Outcomes with what is known beyond them: the linear limits, and the cycle that the motion from a
@@ -395,9 +386,10 @@ fn continuous_report<M: Bristle<f64, Deflection = f64>, const N: usize>(
 fn report<M: Bristle<f64, Deflection = f64>, const N: usize>(
     system: &ControlLoop<M, N>,
     outcomes: Vec<(f64, Outcome)>,
-    (rest_abscissa, large_abscissa): (f64, f64),
-    (orbit, samples): (Option<Orbit<N>>, Option<(f64, SMatrix<f64, N, N>)>),
+    orbit: Option<Orbit<N>>,
+    samples: Option<(f64, SMatrix<f64, N, N>)>,
 ) -> HuntingReport {
+    let (rest_abscissa, large_abscissa) = abscissas(system, samples);
     let cycle = orbit.and_then(|orbit| {
         let mut search = Shooting::default().cyclic(None, system.scales()).ok()?;
         search.runs.samples = samples;
@@ -442,57 +434,34 @@ pub fn sampled_hunting_orbit<M: Bristle<f64, Deflection = f64>>(
     Shooting::default().sampled(system, system.samples(), Guess { state, period })
 }
 
-/// [`abscissas`] of a sampled loop: ln |μ|/h of the multipliers over a sample.
-fn sampled_abscissas<M: Bristle<f64, Deflection = f64>>(
-    system: &ControlLoop<M, 6>,
-) -> Result<(f64, f64), PeriodicError> {
-    let (h, jump) = system.samples();
-    let slowest = |all: &[Multiplier]| match all.first() {
-        Some(multiplier) if !multiplier.is_neutral() => multiplier.log_modulus / h,
-        _ => 0.0,
-    };
-    let mut search = Shooting::default().cyclic(None, system.scales())?;
-    search.runs.samples = Some((h, jump));
-    // A mass rests at any deflection that the controller balances: one multiplier is 1.
-    let rest = Guess { state: SVector::zeros(), period: h };
-    let flow = search.runs.flow(system, (0.0, rest.state), h)?;
-    let rest = search.orbit(&[rest], &[flow])?.transverse();
-    let mut dynamics = *system.frictionless() * h;
-    // What plays no part decays at once.
-    dynamics[(2, 2)] = -1e2;
-    let large = multipliers(&[dynamics.exp() * jump]).map_or(f64::NAN, |all| slowest(&all));
-    Ok((slowest(&rest), large))
-}
+/// What plays no part decays by this power of e over a sample.
+const QUICK: f64 = 100.0;
 
-/// A real part below this share of the largest pole is zero: eigenvalues have some 10⁻¹⁵ of it.
-const ROUNDINGS: f64 = 1e-12;
-
-/// Largest real parts about rest, and without friction [1/s]; zero within roundings.
+/// Largest real parts ln |μ|/h about rest, and without friction [1/s], from the multipliers μ over
+/// a sample, or over a period of the swing; zero within roundings.
 fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
     system: &ControlLoop<M, N>,
-) -> Result<(f64, f64), ParameterError> {
-    let integrates = system.parameters().controller.integral > 0.0;
-    let poles = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize]| {
-        // What plays no part decays at once.
-        let quick = -1.0 - dynamics.amax();
+    samples: Option<(f64, SMatrix<f64, N, N>)>,
+) -> (f64, f64) {
+    let (h, jump) = samples.unwrap_or_else(|| (system.parameters().swing(), SMatrix::identity()));
+    let over = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize]| {
         for &state in unused {
-            dynamics[(state, state)] = quick;
+            dynamics[(state, state)] = -QUICK / h;
         }
-        let (input, output) = (SVector::zeros(), RowSVector::zeros());
-        StateSpace { dynamics, input, output, feedthrough: 0.0 }.poles()
+        let flow = DMatrix::from_column_slice(N, N, (dynamics * h).as_slice()).exp();
+        multipliers(&[SMatrix::from_column_slice(flow.as_slice()) * jump])
     };
+    let largest = |all: &[Multiplier]| match all {
+        [first, ..] if first.is_neutral() => 0.0,
+        _ => all.first().map_or(f64::NAN, |first| first.log_modulus / h),
+    };
+    let integrates = system.parameters().controller.integral > 0.0;
     let stuck = system.linearised(0.0, &SVector::zeros(), [Branch::Free]);
     let stuck = stuck.map_or_else(SMatrix::zeros, |linearised| linearised.by_state);
-    let mut about_rest = poles(stuck, if integrates { &[] } else { &[3] })?;
-    // A mass rests at any deflection that the controller balances: one pole is zero.
-    about_rest.sort_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
-    let largest = |all: &[nalgebra::Complex<f64>]| {
-        let real = all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
-        let size = all.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
-        if real.abs() <= ROUNDINGS * size { 0.0 } else { real }
-    };
-    let large = poles(*system.frictionless(), if integrates { &[2] } else { &[2, 3] })?;
-    Ok((largest(&about_rest[1..]), largest(&large)))
+    // A mass rests at any deflection that the controller balances: one multiplier is 1.
+    let rest = over(stuck, if integrates { &[] } else { &[3] }).map(|all| without_one(&all));
+    let large = over(*system.frictionless(), if integrates { &[2] } else { &[2, 3] });
+    (largest(&rest.unwrap_or_default()), large.map_or(f64::NAN, |all| largest(&all)))
 }
 
 /// The cycle that the motion from rest at a distance from the target \[m\] approaches within a

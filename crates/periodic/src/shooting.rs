@@ -10,6 +10,7 @@ use bristle::parameter::{Named, ParameterError};
 use nalgebra::{SMatrix, SVector};
 
 use crate::flow::Runs;
+use crate::multipliers::without_one;
 use crate::segments::{Cyclic, correct, solve};
 use crate::{Multiplier, PeriodicError};
 
@@ -88,13 +89,7 @@ impl<const N: usize> Orbit<N> {
 
     /// The multipliers of disturbances across the motion: all but the 1 of a period that was found.
     pub fn transverse(&self) -> Vec<Multiplier> {
-        let mut all = self.multipliers.to_vec();
-        if !self.forced {
-            let off = |m: &Multiplier| (m.value() - 1.0).norm();
-            let trivial = (0..N).min_by(|&a, &b| off(&all[a]).total_cmp(&off(&all[b])));
-            trivial.map(|at| all.remove(at));
-        }
-        all
+        if self.forced { self.multipliers.to_vec() } else { without_one(&self.multipliers) }
     }
 
     /// The motion of which this is the first half, with its mirror image as the second.
