@@ -32,7 +32,7 @@ use core::ops::Range;
 
 use bristle::ode::System;
 use bristle::parameter::{Named, ParameterError};
-use nalgebra::{Complex, DMatrix, DVector, SVector};
+use nalgebra::{Complex, DMatrix, DVector, SVector, Vector2};
 
 use crate::segments::{Cyclic, Equations, correct, scaled_rate, solve};
 use crate::shooting::{Newton, SMALLEST};
@@ -346,8 +346,11 @@ where
                 }
                 let mut tangent = self.tangent(matrix)?;
                 if self.cyclic.is_uneven(&found.flows) {
+                    // The same tangent at other states: it changes T and p alike.
+                    let before = at.whole(&tangent);
                     at.segments = self.cyclic.recut(at.segments[0].state, &found.flows);
                     tangent = self.tangent(self.equations(&system, &mut at, &tangent)?.1)?;
+                    tangent *= at.whole(&tangent).dot(&before).signum();
                 }
                 let start = at.segments[0].state;
                 let rate = scaled_rate(&system, &self.cyclic.runs.scales, 0.0, &start);
@@ -500,6 +503,13 @@ impl<const N: usize> Unknowns<N> {
     fn add(&mut self, by: &DVector<f64>, scales: &SVector<f64, N>) {
         correct(&mut self.segments, by, scales);
         self.parameter += by_parameter(by);
+    }
+
+    /// What T and p have of a change of all unknowns.
+    fn whole(&self, by: &DVector<f64>) -> Vector2<f64> {
+        let periods = self.segments.iter().enumerate();
+        let period = periods.map(|(index, it)| by[index * (N + 1) + N] * it.period).sum();
+        Vector2::new(period, by_parameter(by))
     }
 }
 
