@@ -18,7 +18,7 @@ use bristle_analysis::linear::{self, Threshold};
 use bristle_charts::{Arguments, Colour, Csv, Figure, HeatMap, Panel, Rule, println};
 use bristle_periodic::{
     Continuation, ControlLoop, ControlLoopParameters, DrivenMass, Orbit, OrbitBranch, Outcome, Pid,
-    PointKind, Shooting, hunting, hunting_map, hunting_orbit,
+    PointKind, hunting, hunting_map, hunting_orbit,
 };
 
 type Friction = Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
@@ -265,13 +265,14 @@ fn amplitudes(
         .own_legend())
 }
 
-/// The speeds between which steady sliding and stick-slip are both stable, over the stiffness.
+/// The speeds above which steady sliding is stable and no cycle of stick-slip is left, over the
+/// stiffness.
 fn stick_slip_map(table: &mut Csv) -> bristle_charts::Result<Panel> {
     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
     let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?;
     let (mut onset, mut end) = (Vec::new(), Vec::new());
     println!("\nstiffness (N/m)   steady sliding stable above (m/s)   stick-slip ends at (m/s)");
-    for stiffness in [0.5, 0.7, 1.0, 1.4, 2.0] {
+    for stiffness in [0.1, 0.2, 0.5, 1.0, 2.0, 3.5, 5.0, 10.0, 20.0, 50.0, 100.0] {
         let mechanism =
             Mechanism { spring_stiffness: stiffness, ..paper::stick_slip_rig(contact).mechanism };
         if let Threshold::StableAbove(speed) =
@@ -280,19 +281,18 @@ fn stick_slip_map(table: &mut Csv) -> bristle_charts::Result<Panel> {
             onset.push((stiffness, speed));
         }
         let rig = |speed: f64| DrivenMass::new(contact, mechanism, speed);
-        let ahead = |_: f64, state: &Vector3<f64>| state[1] - 0.1;
+        // So slow that a mass at rest begins to stick and slip.
+        let slow = f64::max(0.05, 0.3 / f64::sqrt(stiffness));
+        let ahead = |_: f64, state: &Vector3<f64>| state[1] - slow;
         let overtakes = Event { function: &ahead, direction: Direction::Rising, stops: false };
-        let slow = rig(0.1)?;
-        let while_settling = 40.0 + 60.0 / stiffness;
-        let guess =
-            Shooting::default().settle(&slow, slow.at_rest(), while_settling, &overtakes)?;
-        let branch = Continuation { most_points: 30, ..Continuation::over(0.02..3.0) }
-            .free(rig, 0.1, guess)?;
-        let fold = branch.special().find(|point| point.kind == PointKind::Fold);
-        let fold = fold.map(|point| (stiffness, point.parameter));
-        end.extend(fold);
-        let [begins, ends] =
-            [onset.last(), fold.as_ref()].map(|it| it.map_or(f64::NAN, |point| point.1));
+        let mut along = Continuation { most_points: 200, ..Continuation::over(0.02..2.0) };
+        along.shooting.segments = 20;
+        let start = rig(slow)?;
+        let guess = along.shooting.settle(&start, start.at_rest(), 200.0, &overtakes)?;
+        let branch = along.free(rig, slow, guess)?;
+        let last = branch.points.iter().map(|point| point.parameter).max_by(f64::total_cmp);
+        end.extend(last.map(|speed| (stiffness, speed)));
+        let [begins, ends] = [onset.last(), end.last()].map(|it| it.map_or(f64::NAN, |at| at.1));
         println!("{stiffness:15}   {begins:33.6}   {ends:24.6}");
         table.row(&["stick-slip"], &[stiffness, begins, ends])?;
     }
@@ -301,7 +301,7 @@ fn stick_slip_map(table: &mut Csv) -> bristle_charts::Result<Panel> {
         .log_x()
         .log_y()
         .marked_line("steady sliding stable above", Colour::Green, Colour::Green, onset)
-        .marked_line("stick-slip ends (fold)", Colour::Vermilion, Colour::Vermilion, end)
+        .marked_line("its cycle ends (last fold)", Colour::Vermilion, Colour::Vermilion, end)
         .points("the paper: 0.1 m/s", Colour::Black, [(2.0, 0.1)])
         .own_legend())
 }

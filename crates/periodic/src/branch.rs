@@ -4,7 +4,7 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | x₀, T | a state of the motion, and its period; those of its segments if there are several | of each state, s |
+//! | x₀, T | a state and the period of the motion, or of each of its segments | of each state, s |
 //! | p | parameter, in units of the width of its range | – |
 //! | G | what shooting makes zero: the motion does not close, its phase is not fixed | – |
 //! | t | tangent of the branch, a unit vector in x₀ (over its scales) and p | – |
@@ -32,9 +32,8 @@ use core::ops::Range;
 
 use bristle::ode::System;
 use bristle::parameter::{Named, ParameterError};
-use nalgebra::{Complex, DMatrix, DVector, SVector};
+use nalgebra::{Complex, DMatrix, DVector, SVector, Vector2};
 
-use crate::flow::Flow;
 use crate::segments::{Cyclic, Equations, correct, scaled_rate, solve};
 use crate::shooting::{Newton, SMALLEST};
 use crate::{Guess, Multiplier, Orbit, PeriodicError, Shooting};
@@ -328,7 +327,7 @@ where
     ) -> Result<Found<N>, PeriodicError> {
         let mut at = from.clone();
         at.add(&(tangent * step), &self.cyclic.runs.scales);
-        let (predicted, weights) = (at.clone(), self.weights(tangent.len()));
+        let (mut off, weights) = (DVector::zeros(tangent.len()), self.weights(tangent.len()));
         let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
             let system = (self.system)(at.parameter * self.width)?;
@@ -339,7 +338,6 @@ where
                     return Err(PeriodicError::Equilibrium);
                 }
                 let orbit = self.cyclic.orbit(&at.segments, &found.flows)?;
-                let off = at.minus(&predicted, &self.cyclic.runs.scales);
                 let off = off.component_mul(&off).dot(&weights).sqrt();
                 // Not onto another part of the branch.
                 if off > MOST_OFF * step && step > 0.0 {
@@ -348,15 +346,20 @@ where
                 }
                 let mut tangent = self.tangent(matrix)?;
                 if self.cyclic.is_uneven(&found.flows) {
-                    tangent = self.recut(&system, &mut at, &found.flows, &tangent)?;
+                    // The same tangent at other states: it changes T and p alike.
+                    let before = at.whole(&tangent);
+                    at.segments = self.cyclic.recut(at.segments[0].state, &found.flows);
+                    tangent = self.tangent(self.equations(&system, &mut at, &tangent)?.1)?;
+                    tangent *= at.whole(&tangent).dot(&before).signum();
                 }
                 let start = at.segments[0].state;
                 let rate = scaled_rate(&system, &self.cyclic.runs.scales, 0.0, &start);
                 return Ok(Found { unknowns: at, orbit, tangent, rate, extent: found.extent });
             }
             // The plane across the tangent is kept, as each correction lies in it.
-            let share = newton.share(correction.norm(), 1.0);
-            at.add(&(correction * share), &self.cyclic.runs.scales);
+            let correction = &correction * newton.share(correction.norm(), 1.0);
+            at.add(&correction, &self.cyclic.runs.scales);
+            off += correction;
         }
     }
 
@@ -377,19 +380,6 @@ where
         let tangent = solve(matrix, &right)?;
         let length = tangent.component_mul(&tangent).dot(&self.weights(right.len())).sqrt();
         Ok(tangent / length)
-    }
-
-    /// Cuts a motion anew, as its parts change along the branch. Answers the tangent.
-    fn recut(
-        &self,
-        system: &S,
-        at: &mut Unknowns<N>,
-        flows: &[Flow<N>],
-        tangent: &DVector<f64>,
-    ) -> Result<DVector<f64>, PeriodicError> {
-        at.segments = self.cyclic.recut(at.segments[0].state, flows);
-        let (_, matrix) = self.equations(system, at, tangent)?;
-        self.tangent(matrix)
     }
 
     /// Newton's equations for the segments and δp: the last one is that of the arclength.
@@ -515,20 +505,11 @@ impl<const N: usize> Unknowns<N> {
         self.parameter += by_parameter(by);
     }
 
-    /// The difference of the states and the parameter.
-    fn minus(&self, other: &Self, scales: &SVector<f64, N>) -> DVector<f64> {
-        let last = self.segments.len() * (N + 1);
-        DVector::from_fn(last + 1, |i, _| {
-            let (index, entry) = (i / (N + 1), i % (N + 1));
-            match entry {
-                _ if i == last => self.parameter - other.parameter,
-                _ if entry == N => 0.0,
-                _ => {
-                    let [one, other] = [self, other].map(|it| it.segments[index].state[entry]);
-                    (one - other) / scales[entry]
-                }
-            }
-        })
+    /// What T and p have of a change of all unknowns.
+    fn whole(&self, by: &DVector<f64>) -> Vector2<f64> {
+        let periods = self.segments.iter().enumerate();
+        let period = periods.map(|(index, it)| by[index * (N + 1) + N] * it.period).sum();
+        Vector2::new(period, by_parameter(by))
     }
 }
 

@@ -58,6 +58,12 @@ pub struct ControlLoopParameters<M> {
 }
 
 impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
+    /// The period of the mass on the controller's stiffness and the spring \[s\].
+    pub(crate) fn swing(&self) -> f64 {
+        let stiffness = self.controller.proportional + self.mechanism.spring_stiffness;
+        core::f64::consts::TAU * (self.mechanism.mass / stiffness).sqrt()
+    }
+
     /// The parameters if each is in its range.
     pub(crate) fn checked(self) -> Result<Self, ParameterError> {
         self.mechanism.checked()?;
@@ -79,12 +85,13 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
     }
 }
 
-/// A position loop around a mass with friction, in continuous time: a [`System`] with 4 states,
-/// or 5 with a filter of the velocity.
+/// A position loop around a mass with friction: a [`System`] with 4 states in continuous time, 5
+/// with a filter of the velocity, 6 between the samples of a controller, where the last three do
+/// not change.
 ///
 /// States: position error \[m\], velocity [m/s], deflection \[m\], integral of the error \[m s\],
-/// filtered velocity [m/s]. Without integral action the integral is not used, and decays with a
-/// time constant of 1 s, so that motions can repeat.
+/// filtered velocity [m/s], held force \[N\]. Without integral action the integral is not used, and
+/// decays with a time constant of 1 s, so that motions can repeat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlLoop<M, const N: usize> {
     parameters: ControlLoopParameters<M>,
@@ -123,6 +130,34 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 5> {
     }
 }
 
+impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 6> {
+    /// A sampled loop between its samples, with or without a filter.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range; refuses a loop without a sample time.
+    pub fn sampled(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
+        let parameters = parameters.checked()?;
+        Named("sample_time", parameters.controller.sample_time).positive()?;
+        Ok(Self::of(parameters))
+    }
+
+    /// The sample time h \[s\], and what a sample does: the state x jumps to J x.
+    pub fn samples(&self) -> (f64, SMatrix<f64, 6, 6>) {
+        let Pid { proportional, integral, derivative, filter_time, sample_time } =
+            self.parameters.controller;
+        let share = if filter_time > 0.0 { -(-sample_time / filter_time).exp_m1() } else { 1.0 };
+        let mut jump = SMatrix::<f64, 6, 6>::identity();
+        (jump[(4, 1)], jump[(4, 4)]) = (share, 1.0 - share);
+        let force = jump.row(4) * -derivative;
+        jump.set_row(5, &force);
+        (jump[(5, 0)], jump[(5, 3)]) = (-proportional, -integral);
+        // An integral that is not used is kept at zero.
+        (jump[(3, 0)], jump[(3, 3)]) = if integral > 0.0 { (sample_time, 1.0) } else { (0.0, 0.0) };
+        (sample_time, jump)
+    }
+}
+
 impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
     /// The parameters, as they were given.
     pub fn parameters(&self) -> &ControlLoopParameters<M> {
@@ -139,9 +174,15 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
         let ControlLoopParameters { mechanism, controller, .. } = &parameters;
         let mut by_state = SMatrix::<f64, N, N>::zeros();
         by_state[(0, 1)] = 1.0;
-        by_state[(3, 0)] = 1.0;
-        by_state[(1, 0)] = -controller.proportional - mechanism.spring_stiffness;
+        by_state[(1, 0)] = -mechanism.spring_stiffness;
         by_state[(1, 1)] = -mechanism.viscous_damping;
+        if N == 6 {
+            by_state[(1, 5)] = 1.0;
+            by_state.row_mut(1).unscale_mut(mechanism.mass);
+            return Self { frictionless: by_state, parameters };
+        }
+        by_state[(3, 0)] = 1.0;
+        by_state[(1, 0)] -= controller.proportional;
         by_state[(1, 3)] = -controller.integral;
         // The velocity that the controller knows.
         by_state[(1, if N == 5 { 4 } else { 1 })] -= controller.derivative;
@@ -204,7 +245,8 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
         let (position, rate) = (force / stiffness, (stiffness / mechanism.mass).sqrt());
         // The integral that breaks the mass loose.
         let wait = if controller.integral > 0.0 { stiffness / controller.integral } else { 1.0 };
-        let all = [position, position * rate, deflection, position * wait, position * rate];
+        let velocity = position * rate;
+        let all = [position, velocity, deflection, position * wait, velocity, position * stiffness];
         SVector::from_fn(|i, _| all[i].max(f64::MIN_POSITIVE))
     }
 }

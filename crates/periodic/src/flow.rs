@@ -31,6 +31,7 @@ use bristle::parameter::Named;
 use nalgebra::{SMatrix, SVector};
 
 use crate::PeriodicError;
+use crate::segments::scaled_rate;
 
 /// Parts of a step, at most.
 const MOST_PARTS: f64 = 1e4;
@@ -38,6 +39,9 @@ const MOST_PARTS: f64 = 1e4;
 /// Length of a part over the time constant of the quickest motion: hunting then has its multipliers
 /// to 10⁻⁶.
 const LONGEST: f64 = 0.5;
+
+/// Samples of a run, at most.
+const MOST_SAMPLES: f64 = 1e7;
 
 /// A factor goes on for so many time constants: what it holds differs by e⁴ or so.
 const TOGETHER: f64 = 4.0;
@@ -72,12 +76,14 @@ pub(crate) struct Runs<const N: usize> {
     pub(crate) scales: SVector<f64, N>,
     /// Steps that may still be taken.
     left: Cell<u64>,
+    /// How often a state x jumps to J x \[s\], first at the start of a run, and J.
+    pub(crate) samples: Option<(f64, SMatrix<f64, N, N>)>,
 }
 
 impl<const N: usize> Runs<N> {
     /// Runs with a tolerance of a step over scales, and a limit on the steps of all of them.
     pub(crate) fn new((tolerance, scales): (f64, SVector<f64, N>), most: u64) -> Self {
-        Self { tolerance, scales, left: Cell::new(most) }
+        Self { tolerance, scales, left: Cell::new(most), samples: None }
     }
 
     fn solver(&self, duration: f64) -> Result<Solver<f64, Automatic, N>, PeriodicError> {
@@ -97,25 +103,53 @@ impl<const N: usize> Runs<N> {
         run.map_err(|failed| (*failed).into())
     }
 
-    /// A run with its derivatives over a duration > 0.
+    /// A run with its derivatives over a duration > 0. If there are samples, over the whole number
+    /// of them that is nearest, and along the rate from there on.
     pub(crate) fn flow<S: System<f64, N, K>, const K: usize>(
         &self,
         system: &S,
         (start_time, start): (f64, SVector<f64, N>),
         duration: f64,
     ) -> Result<Flow<N>, PeriodicError> {
-        let (scales, span) = (self.scales, start_time..start_time + duration);
+        let (scales, mut end) = (self.scales, start);
         let (mut factors, mut steps) = (Factors { list: Vec::new(), turned: 0.0 }, Vec::new());
-        let mut failed = Ok(());
-        let mut observer = |step: &Step<f64, N>| {
-            steps.push((step.end_time() - step.start_time(), *step.end()));
-            failed = append(system, step, &scales, &mut factors);
-            if failed.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        };
-        let run = self.solver(duration)?.stream(system, span, start, &[], &mut observer);
-        let end = self.counted(run.map_err(Box::new), |it| it.statistics)?.state;
-        failed?;
+        let part = self.samples.map_or(duration, |(time, _)| time);
+        let parts = Named("samples", (duration / part).round()).between(1.0, MOST_SAMPLES)?;
+        for part_start in (0..parts as u32).map(|index| start_time + f64::from(index) * part) {
+            if let Some((_, jump)) = self.samples {
+                end = jump * end;
+                let scaled = |i, j| jump[(i, j)] * scales[j] / scales[i];
+                factors.push(SMatrix::from_fn(scaled), 0.0);
+            }
+            let (span, mut failed) = (part_start..part_start + part, Ok(()));
+            let mut observer = |step: &Step<f64, N>| {
+                steps.push((step.end_time() - step.start_time(), *step.end()));
+                failed = append(system, step, &scales, &mut factors);
+                if failed.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            };
+            let run = self.solver(part)?.stream(system, span, end, &[], &mut observer);
+            end = self.counted(run.map_err(Box::new), |it| it.statistics)?.state;
+            failed?;
+        }
+        if self.samples.is_some() {
+            let rest = duration - parts * part;
+            end += self.rate(system, start_time, &end)?.component_mul(&scales) * rest;
+        }
         Ok(Flow { end, factors: factors.list, steps })
+    }
+
+    /// The rate over the scales [1/s]; of a sampled system that of the change over a sample.
+    pub(crate) fn rate<S: System<f64, N, K>, const K: usize>(
+        &self,
+        system: &S,
+        time: f64,
+        state: &SVector<f64, N>,
+    ) -> Result<SVector<f64, N>, PeriodicError> {
+        let Some((part, jump)) = self.samples else {
+            return Ok(scaled_rate(system, &self.scales, time, state));
+        };
+        let end = self.end(system, (time, jump * state), part)?;
+        Ok((end - state).component_div(&self.scales) / part)
     }
 
     /// A run over a duration > 0; it keeps its ends and its events.

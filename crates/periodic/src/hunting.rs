@@ -14,9 +14,8 @@
 //! times in a row. A simulation goes on beyond its duration until either is known.
 //!
 //! A sampled controller holds its force between samples. Its state jumps there, and with it the
-//! derivatives of a run (the held force takes those of the state measured); the samples and the
-//! cycle seldom have a common period. Sampled loops are therefore simulated, by passive companion
-//! steps, and their cycles have an amplitude and a period but no multipliers.
+//! derivatives of a run: see [`Shooting::sampled`]. Sampled loops are simulated by passive companion
+//! steps; their rest and their cycles are solved for, too, with multipliers.
 
 use core::fmt;
 use core::num::NonZero;
@@ -25,12 +24,14 @@ use std::thread;
 use bristle::companion::VelocityHistory;
 use bristle::number::Number;
 use bristle::ode::{Automatic, Direction, Event, Solver, System, Tolerances};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::Named;
 use bristle::{Branch, Bristle};
-use bristle_analysis::linear::StateSpace;
-use nalgebra::{RowSVector, SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
-use crate::{ControlLoop, ControlLoopParameters, Multiplier, Orbit, PeriodicError, Pid, Shooting};
+use crate::multipliers::{multipliers, without_one};
+use crate::{
+    ControlLoop, ControlLoopParameters, Guess, Multiplier, Orbit, PeriodicError, Pid, Shooting,
+};
 
 /// A cycle that a simulation ends in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,7 +122,6 @@ impl Slips {
         let bristle = of.contact.model().storage_stiffness() * of.contact.reference_load();
         let far = FAR * start.abs().max(bristle * deflection / of.controller.proportional);
         let stiffness = of.controller.proportional + of.mechanism.spring_stiffness;
-        let swing = core::f64::consts::TAU * (of.mechanism.mass / stiffness).sqrt();
         let creep = (bristle + stiffness) / of.controller.integral;
         let creep = if of.controller.integral > 0.0 { creep } else { 0.0 };
         Self {
@@ -132,7 +132,7 @@ impl Slips {
             last: [None; 12],
             cycle: Outcome::Rests,
             unchanged: [0; 2],
-            wait: QUIET * swing.max(creep),
+            wait: QUIET * of.swing().max(creep),
             duration,
         }
     }
@@ -202,7 +202,12 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
         Named("duration", duration).positive()?;
         let Pid { sample_time, filter_time, .. } = parameters.controller;
         if sample_time > 0.0 {
-            sampled(&parameters, start, duration)
+            let (mut slips, mut known) = (Slips::new(&parameters, start, duration), None);
+            sampled(&ControlLoop::sampled(parameters)?, start, slips.end(), |time, x, v| {
+                known = slips.push(time, x, v);
+                known.is_some()
+            })?;
+            Ok(known.unwrap_or_else(|| slips.outcome()))
         } else if filter_time > 0.0 {
             continuous(&ControlLoop::filtered(parameters)?, start, duration)
         } else {
@@ -235,60 +240,67 @@ fn continuous<M: Bristle<f64, Deflection = f64>, const N: usize>(
 /// bristles.
 const COMPANION_STEP: f64 = 0.25;
 
+/// The states of a sampled loop after a duration \[s\] from rest at a distance from the target
+/// \[m\], or at the sample after an observer of time, position and velocity says so.
 fn sampled<M: Bristle<f64, Deflection = f64>>(
-    parameters: &ControlLoopParameters<M>,
+    system: &ControlLoop<M, 6>,
     start: f64,
     duration: f64,
-) -> Result<Outcome, PeriodicError> {
-    let ControlLoopParameters { contact, mechanism, controller } = parameters;
-    let Pid { proportional, integral, derivative, filter_time, sample_time } = *controller;
+    mut stops: impl FnMut(f64, f64, f64) -> bool,
+) -> Result<SVector<f64, 6>, PeriodicError> {
+    let ControlLoopParameters { contact, mechanism, .. } = system.parameters();
+    let (sample_time, jump) = system.samples();
     let friction = contact.clone().companion(0.0)?;
     let stiffness = contact.model().storage_stiffness() * contact.reference_load();
     let longest = COMPANION_STEP * (mechanism.mass / stiffness).sqrt();
     let parts = (sample_time / longest).ceil().max(1.0);
     let h = sample_time / parts;
-    let share = if filter_time > 0.0 { -(-sample_time / filter_time).exp_m1() } else { 1.0 };
-    let mut slips = Slips::new(parameters, start, duration);
-    let (mut x, mut v, mut z, mut sum, mut filtered) = (start, 0.0, 0.0, 0.0, 0.0);
-    let mut history = VelocityHistory::new(v);
-    let samples = Named("samples", slips.end() / sample_time).between(1.0, 1e9)?.ceil();
+    let mut state = system.displaced(start);
+    let mut history = VelocityHistory::new(0.0);
+    let samples = Named("samples", duration / sample_time).between(1.0, 1e9)?.ceil();
     for sample in 0..samples as u64 {
-        filtered += share * (v - filtered);
-        let control = -proportional * x - integral * sum - derivative * filtered;
-        sum += sample_time * x;
+        state = jump * state;
+        let mut stopped = false;
         for part in 0..parts as u32 {
-            let step = friction.step(history.predict(), z, h);
+            let (x, v, control) = (state[0], state[1], state[5]);
+            let step = friction.step(history.predict(), state[2], h);
             // Spring and damper at the middle of the step, implicitly.
             let spring = mechanism.viscous_damping + 0.5 * h * mechanism.spring_stiffness;
             let inertia = 2.0 * mechanism.mass / h;
             let force = control - mechanism.spring_stiffness * x - step.bias();
             let mean = (inertia * v + force) / (inertia + spring + step.damping());
-            z = step.commit(mean).deflection;
-            (x, v) = (x + h * mean, 2.0 * mean - v);
-            history.push(v);
+            (state[0], state[1]) = (x + h * mean, 2.0 * mean - v);
+            state[2] = step.commit(mean).deflection;
+            history.push(state[1]);
             let time = sample as f64 * sample_time + f64::from(part + 1) * h;
-            if let Some(known) = slips.push(time, x, v) {
-                return Ok(known);
-            }
+            stopped = stopped || stops(time, state[0], state[1]);
+        }
+        if stopped {
+            break;
         }
     }
-    Ok(slips.outcome())
+    Ok(state)
 }
 
 /// What a loop does, from [`hunting`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct HuntingReport {
     /// Largest real part [1/s] of the motions of the mass on its bristles about rest with an
-    /// undeflected bristle: below zero if rest is stable. None for a sampled controller.
-    pub rest_abscissa: Option<f64>,
+    /// undeflected bristle: below zero if rest is stable. Of a sampled loop ln |μ|/h, with the
+    /// multipliers μ over a sample time h.
+    pub rest_abscissa: f64,
     /// Largest real part [1/s] of the motions of the loop without friction: above zero if large
-    /// motions grow. None for a sampled controller.
-    pub large_abscissa: Option<f64>,
+    /// motions grow. Of a sampled loop as above.
+    pub large_abscissa: f64,
     /// Where the motions from the given starts \[m\] end.
     pub outcomes: Vec<(f64, Outcome)>,
     /// The cycle in which the first start ends that hunts, exactly, with its multipliers but the
-    /// one that is 1; none for a sampled controller, or if the simulation has not come close to it.
+    /// one that is 1; none if the simulation has not come close to it. That of a sampled loop is
+    /// found as [`Shooting::sampled`] says.
     pub cycle: Option<(HuntingCycle, Vec<Multiplier>)>,
+    /// Whether the cycle of a sampled loop is no whole number of samples long. It is quasi-periodic
+    /// then, and its multipliers are those of the samples next to a period.
+    pub is_quasi_periodic: bool,
 }
 
 impl HuntingReport {
@@ -305,16 +317,12 @@ impl fmt::Display for HuntingReport {
             below_zero if below_zero < 0.0 => below,
             _ => above,
         };
-        let Self { rest_abscissa: rest, large_abscissa: large, outcomes, cycle } = self;
-        if let Some(rest) = rest {
-            let stable = verdict(*rest, ["stable", "UNSTABLE"]);
-            writeln!(f, "rest           {stable}, slowest at {rest:.4e} 1/s")?;
-        }
-        if let Some(large) = large {
-            let die_out = verdict(*large, ["die out", "GROW"]);
-            writeln!(f, "large motions  {die_out}, at {large:.4e} 1/s")?;
-        }
-        for (start, outcome) in outcomes {
+        let (rest, large) = (self.rest_abscissa, self.large_abscissa);
+        let (stable, die_out) =
+            (verdict(rest, ["stable", "UNSTABLE"]), verdict(large, ["die out", "GROW"]));
+        writeln!(f, "rest           {stable}, slowest at {rest:.4e} 1/s")?;
+        writeln!(f, "large motions  {die_out}, at {large:.4e} 1/s")?;
+        for (start, outcome) in &self.outcomes {
             write!(f, "from {} m", Number(*start))?;
             match outcome {
                 Outcome::Rests => writeln!(f, "  rests")?,
@@ -322,11 +330,12 @@ impl fmt::Display for HuntingReport {
                 Outcome::Hunts(cycle) => writeln!(f, "  HUNTS, {cycle}")?,
             }
         }
-        let Some((cycle, multipliers)) = cycle else { return Ok(()) };
+        let Some((cycle, multipliers)) = &self.cycle else { return Ok(()) };
         let slowest = multipliers.first().filter(|it| !it.is_neutral());
         let slowest = slowest.map_or(0.0, |it| it.log_modulus);
         let stable = verdict(slowest, ["stable", "unstable"]);
-        writeln!(f, "its cycle      {cycle}, {stable}: multiplier {:.6}", slowest.exp())
+        let quasi = if self.is_quasi_periodic { "quasi-periodic, " } else { "" };
+        writeln!(f, "its cycle      {cycle}, {quasi}{stable}: multiplier {:.6}", slowest.exp())
     }
 }
 
@@ -358,74 +367,101 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
     let start = outcomes.iter().find(hunts).map(|it| it.0);
     let Pid { sample_time, filter_time, .. } = parameters.controller;
     if sample_time > 0.0 {
-        Ok(HuntingReport { rest_abscissa: None, large_abscissa: None, outcomes, cycle: None })
+        let system = ControlLoop::sampled(parameters.clone())?;
+        let cycle = start.and_then(|start| sampled_hunting_orbit(&system, start, duration).ok());
+        Ok(report(&system, outcomes, cycle, Some(system.samples())))
     } else if filter_time > 0.0 {
-        exact(&ControlLoop::filtered(parameters.clone())?, outcomes, start, duration)
+        let system = ControlLoop::filtered(parameters.clone())?;
+        let cycle = start.and_then(|start| hunting_orbit(&system, start, duration).ok());
+        Ok(report(&system, outcomes, cycle, None))
     } else {
-        exact(&ControlLoop::new(parameters.clone())?, outcomes, start, duration)
+        let system = ControlLoop::new(parameters.clone())?;
+        let cycle = start.and_then(|start| hunting_orbit(&system, start, duration).ok());
+        Ok(report(&system, outcomes, cycle, None))
     }
 }
 
 /// Outcomes with what is known beyond them: the linear limits, and the cycle that the motion from a
 /// start approaches.
-fn exact<M: Bristle<f64, Deflection = f64>, const N: usize>(
+fn report<M: Bristle<f64, Deflection = f64>, const N: usize>(
     system: &ControlLoop<M, N>,
     outcomes: Vec<(f64, Outcome)>,
-    start: Option<f64>,
-    duration: f64,
-) -> Result<HuntingReport, PeriodicError> {
-    let (rest, large) = abscissas(system)?;
-    let cycle = start.and_then(|start| cycle(system, start, duration));
-    let (rest_abscissa, large_abscissa) = (Some(rest), Some(large));
-    Ok(HuntingReport { rest_abscissa, large_abscissa, outcomes, cycle })
+    orbit: Option<Orbit<N>>,
+    samples: Option<(f64, SMatrix<f64, N, N>)>,
+) -> HuntingReport {
+    let (rest_abscissa, large_abscissa) = abscissas(system, samples);
+    let cycle = orbit.and_then(|orbit| {
+        let mut search = Shooting::default().cyclic(None, system.scales()).ok()?;
+        search.runs.samples = samples;
+        let flow = search.runs.flow(system, (0.0, orbit.start), orbit.period).ok()?;
+        let places = flow.steps.iter().map(|step| step.1[0]);
+        let most = places.clone().fold(orbit.start[0], f64::max);
+        let amplitude = 0.5 * (most - places.fold(orbit.start[0], f64::min));
+        Some((HuntingCycle { amplitude, period: orbit.period }, orbit.transverse()))
+    });
+    let is_quasi_periodic = samples.is_some() && orbit.is_some_and(|orbit| !orbit.forced);
+    HuntingReport { rest_abscissa, large_abscissa, outcomes, cycle, is_quasi_periodic }
 }
 
-/// A real part below this share of the largest pole is zero: eigenvalues have some 10⁻¹⁵ of it.
-const ROUNDINGS: f64 = 1e-12;
+/// After so many periods a motion has come close to its cycle.
+const SETTLED: f64 = 100.0;
 
-/// Largest real parts about rest, and without friction [1/s]; zero within roundings.
-fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
-) -> Result<(f64, f64), ParameterError> {
-    let integrates = system.parameters().controller.integral > 0.0;
-    let poles = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize]| {
-        // What plays no part decays at once.
-        let quick = -1.0 - dynamics.amax();
-        for &state in unused {
-            dynamics[(state, state)] = quick;
-        }
-        let (input, output) = (SVector::zeros(), RowSVector::zeros());
-        StateSpace { dynamics, input, output, feedthrough: 0.0 }.poles()
-    };
-    let stuck = system.linearised(0.0, &SVector::zeros(), [Branch::Free]);
-    let stuck = stuck.map_or_else(SMatrix::zeros, |linearised| linearised.by_state);
-    let mut about_rest = poles(stuck, if integrates { &[] } else { &[3] })?;
-    // A mass rests at any deflection that the controller balances: one pole is zero.
-    about_rest.sort_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
-    let largest = |all: &[nalgebra::Complex<f64>]| {
-        let real = all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
-        let size = all.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
-        if real.abs() <= ROUNDINGS * size { 0.0 } else { real }
-    };
-    let large = poles(*system.frictionless(), if integrates { &[2] } else { &[2, 3] })?;
-    Ok((largest(&about_rest[1..]), largest(&large)))
-}
-
-/// The cycle that the motion from a start approaches.
-fn cycle<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
+/// As [`hunting_orbit`], of a sampled loop. Its cycle is entered where the mass sticks: a tenth of
+/// a period after a slip.
+///
+/// # Errors
+///
+/// As [`Shooting::sampled`]; [`PeriodicError::DoesNotRepeat`] if the motion rests or grows.
+pub fn sampled_hunting_orbit<M: Bristle<f64, Deflection = f64>>(
+    system: &ControlLoop<M, 6>,
     start: f64,
     duration: f64,
-) -> Option<(HuntingCycle, Vec<Multiplier>)> {
-    let orbit = hunting_orbit(system, start, duration).ok()?;
-    let solver = Solver::automatic(1e-8, system.scales()).ok()?;
-    let (mut most, mut least) = (orbit.start[0], orbit.start[0]);
-    let mut run = solver.begin(system, 0.0..orbit.period, orbit.start).ok()?;
-    while let Some(step) = run.advance().ok()? {
-        (most, least) = (most.max(step.end()[0]), least.min(step.end()[0]));
-    }
-    let cycle = HuntingCycle { amplitude: 0.5 * (most - least), period: orbit.period };
-    Some((cycle, orbit.transverse()))
+) -> Result<Orbit<6>, PeriodicError> {
+    let Outcome::Hunts(HuntingCycle { period, .. }) =
+        system.parameters().outcome(start, duration)?
+    else {
+        return Err(PeriodicError::DoesNotRepeat);
+    };
+    let mut slips = Slips::new(system.parameters(), start, duration);
+    let state = sampled(system, start, 2.0 * SETTLED * period, |time, x, v| {
+        slips.push(time, x, v);
+        let slip = slips.last[0].map_or(time, |slip| slip.time);
+        time > SETTLED * period && time - slip > 0.1 * period
+    })?;
+    let Outcome::Hunts(HuntingCycle { period, .. }) = slips.outcome() else {
+        return Err(PeriodicError::DoesNotRepeat);
+    };
+    Shooting::default().sampled(system, system.samples(), Guess { state, period })
+}
+
+/// What plays no part decays by this power of e over a sample.
+const QUICK: f64 = 100.0;
+
+/// Largest real parts ln |μ|/h about rest, and without friction [1/s], from the multipliers μ over
+/// a sample, or over a period of the swing; zero within roundings.
+fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+    samples: Option<(f64, SMatrix<f64, N, N>)>,
+) -> (f64, f64) {
+    let (h, jump) = samples.unwrap_or_else(|| (system.parameters().swing(), SMatrix::identity()));
+    let over = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize]| {
+        for &state in unused {
+            dynamics[(state, state)] = -QUICK / h;
+        }
+        let flow = DMatrix::from_column_slice(N, N, (dynamics * h).as_slice()).exp();
+        multipliers(&[SMatrix::from_column_slice(flow.as_slice()) * jump])
+    };
+    let largest = |all: &[Multiplier]| match all {
+        [first, ..] if first.is_neutral() => 0.0,
+        _ => all.first().map_or(f64::NAN, |first| first.log_modulus / h),
+    };
+    let integrates = system.parameters().controller.integral > 0.0;
+    let stuck = system.linearised(0.0, &SVector::zeros(), [Branch::Free]);
+    let stuck = stuck.map_or_else(SMatrix::zeros, |linearised| linearised.by_state);
+    // A mass rests at any deflection that the controller balances: one multiplier is 1.
+    let rest = over(stuck, if integrates { &[] } else { &[3] }).map(|all| without_one(&all));
+    let large = over(*system.frictionless(), if integrates { &[2] } else { &[2, 3] });
+    (largest(&rest.unwrap_or_default()), large.map_or(f64::NAN, |all| largest(&all)))
 }
 
 /// The cycle that the motion from rest at a distance from the target \[m\] approaches within a

@@ -3,7 +3,7 @@
 //!
 //! | item | what it gives |
 //! |---|---|
-//! | [`Shooting`] | a periodic motion of any [`System`](bristle::ode::System): [`forced`](Shooting::forced) or [`free`](Shooting::free), with its [`Multiplier`]s |
+//! | [`Shooting`] | a periodic motion of any [`System`](bristle::ode::System): [`forced`](Shooting::forced), [`free`](Shooting::free) or [`sampled`](Shooting::sampled), with its [`Multiplier`]s |
 //! | [`Shooting::prescribed`] | a bristle under a velocity that repeats, without iteration |
 //! | [`Continuation`] | the branch of such motions over a parameter, with its [`PointKind`]s; the [`border`](Continuation::border) of the stable ones |
 //! | [`DrivenMass`] | the stick-slip rig in coordinates that repeat |
@@ -12,7 +12,7 @@
 //!
 //! Runs are those of [`bristle::ode`], split at reversals. The field is continuous there, so the
 //! derivatives Φ of a run by its start do not jump, and keep their order. (They would for a sharp
-//! slider, and at the samples of a controller.) A small disturbance is multiplied by the
+//! slider; at the samples of a controller they jump as its state does.) A small disturbance is multiplied by the
 //! eigenvalues μ of Φ in each period: the motion is stable if all are inside the unit circle, but
 //! for the 1 of a motion whose phase is free.
 //!
@@ -35,7 +35,10 @@ pub use branch::{BranchEnd, BranchPoint, Continuation, OrbitBranch, PointKind};
 pub use control_loop::{ControlLoop, ControlLoopParameters, Pid};
 pub use driven_mass::DrivenMass;
 pub use error::PeriodicError;
-pub use hunting::{HuntingCycle, HuntingReport, Outcome, hunting, hunting_map, hunting_orbit};
+pub use hunting::{
+    HuntingCycle, HuntingReport, Outcome, hunting, hunting_map, hunting_orbit,
+    sampled_hunting_orbit,
+};
 pub use multipliers::Multiplier;
 pub use shooting::{Guess, Orbit, Shooting};
 

@@ -62,6 +62,15 @@ impl Multiplier {
     }
 }
 
+/// All but the multiplier that is 1.
+pub(crate) fn without_one(all: &[Multiplier]) -> Vec<Multiplier> {
+    let off = |m: &Multiplier| (m.value() - 1.0).norm();
+    let mut others = all.to_vec();
+    let one = (0..all.len()).min_by(|&a, &b| off(&all[a]).total_cmp(&off(&all[b])));
+    one.map(|at| others.remove(at));
+    others
+}
+
 /// The multipliers of a product of factors, the first first; by decreasing modulus. `None` if the
 /// factors are not finite.
 pub(crate) fn multipliers<const N: usize>(

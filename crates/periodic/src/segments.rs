@@ -105,13 +105,14 @@ impl<const N: usize> Cyclic<N> {
         let (mut flows, mut time) = (Vec::with_capacity(count), self.start_time);
         for index in 0..count {
             let (sign, target) = self.target(segments, index);
-            if !self.forced {
+            // The samples of a controller leave no plane to arrive at.
+            if !self.forced && self.runs.samples.is_none() {
                 segments[index].period = self.arrival(system, &segments[index], &target)?;
             }
             let Guess { state, period } = segments[index];
             let flow = self.runs.flow(system, (time, state), period)?;
-            let rate = |time, state| scaled_rate(system, &self.runs.scales, time, state) * period;
-            let (at_start, at_end) = (rate(time, &state), rate(time + period, &flow.end));
+            let at_start = self.runs.rate(system, time, &state)? * period;
+            let at_end = self.runs.rate(system, time + period, &flow.end)? * period;
             let (product, defect) =
                 (flow.product(), (target - flow.end).component_div(&self.runs.scales));
             let (row, next) = (index * size, (index + 1) % count * size);

@@ -7,9 +7,10 @@
 
 use bristle::ode::{Event, Occurrence, System};
 use bristle::parameter::{Named, ParameterError};
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::flow::Runs;
+use crate::multipliers::without_one;
 use crate::segments::{Cyclic, correct, solve};
 use crate::{Multiplier, PeriodicError};
 
@@ -88,13 +89,7 @@ impl<const N: usize> Orbit<N> {
 
     /// The multipliers of disturbances across the motion: all but the 1 of a period that was found.
     pub fn transverse(&self) -> Vec<Multiplier> {
-        let mut all = self.multipliers.to_vec();
-        if !self.forced {
-            let off = |m: &Multiplier| (m.value() - 1.0).norm();
-            let trivial = (0..N).min_by(|&a, &b| off(&all[a]).total_cmp(&off(&all[b])));
-            trivial.map(|at| all.remove(at));
-        }
-        all
+        if self.forced { self.multipliers.to_vec() } else { without_one(&self.multipliers) }
     }
 
     /// The motion of which this is the first half, with its mirror image as the second.
@@ -123,7 +118,11 @@ impl Shooting {
         (start_time, period): (f64, f64),
         guess: SVector<f64, N>,
     ) -> Result<Orbit<N>, PeriodicError> {
-        self.close(system, Some(start_time), Guess { state: guess, period })
+        self.close(
+            system,
+            &self.cyclic(Some(start_time), system.scales())?,
+            Guess { state: guess, period },
+        )
     }
 
     /// The cycle of a system without inputs, near a guess; its period is found, too.
@@ -136,7 +135,42 @@ impl Shooting {
         system: &S,
         guess: Guess<N>,
     ) -> Result<Orbit<N>, PeriodicError> {
-        self.close(system, None, guess)
+        self.close(system, &self.cyclic(None, system.scales())?, guess)
+    }
+
+    /// The cycle of a system with a controller that samples: every h seconds, first at the start,
+    /// the state x jumps to J x (what the controller computes, and the force it holds from there
+    /// on). The derivatives jump by J, too.
+    ///
+    /// A cycle of a whole number of samples repeats: it is [`forced`](Orbit::forced), with all of
+    /// its multipliers. Any other is quasi-periodic, its samples never fall on the same places
+    /// again. Then the orbit is free, and closes but for the part of a sample that is left over,
+    /// along the change over a sample; its multipliers are those of the samples next to a period,
+    /// one of them near 1 because the phase drifts. They vary along the motion, by a share of about
+    /// h/T.
+    ///
+    /// # Errors
+    ///
+    /// As [`Shooting::free`].
+    pub fn sampled<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        (sample_time, jump): (f64, SMatrix<f64, N, N>),
+        guess: Guess<N>,
+    ) -> Result<Orbit<N>, PeriodicError> {
+        Named("sample_time", sample_time).positive()?;
+        jump.iter().try_for_each(|&entry| Named("jump", entry).finite().map(drop))?;
+        let search = |forced: Option<f64>, most_iterations: usize, guess: Guess<N>| {
+            let settings = Self { most_iterations, segments: 1, ..*self };
+            let mut cyclic = settings.cyclic(forced, system.scales())?;
+            cyclic.runs.samples = Some((sample_time, jump));
+            settings.close(system, &cyclic, guess)
+        };
+        let any = search(None, self.most_iterations, guess)?;
+        let period = (any.period / sample_time).round() * sample_time;
+        let whole = search(Some(0.0), FEW, Guess { state: any.start, period });
+        let apart = |it: &Orbit<N>| (it.start - any.start).component_div(&system.scales()).norm();
+        Ok(whole.ok().filter(|it| apart(it) < NEAR).unwrap_or(any))
     }
 
     /// What is looked for: a motion that is forced and begins at a time, or a free one.
@@ -164,10 +198,9 @@ impl Shooting {
     fn close<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
-        forced: Option<f64>,
+        cyclic: &Cyclic<N>,
         guess: Guess<N>,
     ) -> Result<Orbit<N>, PeriodicError> {
-        let cyclic = self.cyclic(forced, system.scales())?;
         let mut segments = cyclic.cut(system, guess)?;
         let mut newton = Newton::new(self.most_iterations, CLOSE);
         // A forced motion may stand still.
@@ -226,6 +259,11 @@ fn settled<const N: usize>(
     let goes_on = least < 1.0 && end - last.time < 2.0 * period;
     goes_on.then_some(Guess { state: last.state, period })
 }
+
+/// A cycle of a whole number of samples is that of nearly the same period if it is this near, over
+/// the scales; it is looked for in so many iterations.
+const NEAR: f64 = 1e-2;
+const FEW: usize = 10;
 
 /// An orbit that goes less far than this, over the scales, is a point.
 pub(crate) const SMALLEST: f64 = 1e-6;

@@ -4,6 +4,7 @@
 
 mod branches;
 mod orbits;
+mod sampled;
 mod special;
 
 use bristle::curve::{Stribeck, StribeckParameters};
@@ -13,7 +14,8 @@ use bristle::{Bristle, Contact, FrBd, Mechanism, paper};
 use bristle_periodic::{ControlLoopParameters, DrivenMass, Guess, Pid, Shooting};
 use nalgebra::Vector3;
 
-type Friction = Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
+type Model = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+type Friction = Contact<f64, Model>;
 
 /// Table 2 of the paper.
 fn curve() -> Stribeck<f64> {
@@ -40,7 +42,7 @@ fn friction(
 }
 
 /// The hunting loop of the check values: m = 1, u = −400 x − 20 v − 400 ∫x dt, μ_s = 5, μ_d = 3.
-fn hunting_loop() -> ControlLoopParameters<FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
+fn hunting_loop() -> ControlLoopParameters<Model> {
     ControlLoopParameters {
         contact: friction([5.0, 3.0, 0.01, 1.0], [5e4, 224.0]),
         mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
