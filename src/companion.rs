@@ -327,7 +327,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// It is for a contact that is made anew in each step, such as one axis of a contact in a
     /// plane, where asking the model for its limit would cost as much as the step. Keep that of
     /// `model.limits(fastest).deflection`: that under the reference load, which each step scales
-    /// with the load. Infinity is no limit.
+    /// with the load. Infinity is no limit. A step predicted to be faster than `fastest` [m/s] also
+    /// allows the stationary deflection of its prediction.
     #[inline]
     pub fn companion_within(self, fastest: T, limit: T) -> Companion<T, M> {
         Companion { contact: self, fastest, limit }

@@ -132,7 +132,8 @@ pub struct ContactLimits<T> {
     pub relaxation_rate: Option<T>,
 }
 
-/// The result of a change of the normal force, from [`Contact::reload`].
+/// The result of a change of the normal force, from [`Contact::reload`], [`Contact::reloaded`] or
+/// [`Contact::renew`].
 #[must_use = "the deflection has changed with the load"]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reloaded<T, D = T> {
@@ -488,7 +489,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// Rate and force under a normal force p \[N\] that varies, at one instant: for a
     /// [`System`](crate::ode::System) of your own whose load is a function of time or state.
     ///
-    /// The stiffness is that of the reference load, and the rate of p does not matter. Where the
+    /// The stiffness is that of the reference load, and the rate of p does not matter. The rate is
+    /// ż = −λ z + r v under the scale s = p/P. Where the
     /// load has fallen below what a stuck bristle carries, the force is that which the surface
     /// holds: F = P (c₀ κ z + c₂ v) with κ = min(1, s B/|K·z|), B as in [`Contact::reload`]. The
     /// deflection stays, so the force comes back with the load. `reload` takes it away for good, so
@@ -607,7 +609,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` [m/s], at this
-    /// load and for a deflection that it holds.
+    /// load, for deflections within its limit: after the load has fallen, reload first.
     pub fn limits(&self, fastest: T) -> ContactLimits<T> {
         let limits = self.model.limits(fastest);
         let constant = self.scale == T::one();

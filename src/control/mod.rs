@@ -33,9 +33,9 @@
 //! the reference, even if the axis is stuck or still moves the other way.
 //!
 //! *Feedback* forgets a wrong deflection at the start once the axis has slid a few times |v|/λ:
-//! that is μ_s/σ0 for LuGre and Dahl, (μ + σ1|v|)/σ0 for FrBD. In the loop an error of the
-//! stiffness is a negative stiffness (ε + δ) P σ0: K_p must outweigh it, so begin with η = 0.9,
-//! which leaves room for a model that is a tenth too stiff.
+//! that is g/σ0 for LuGre (at most μ_s/σ0), μ_d/σ0 for Dahl and (μ + σ1|v|)/σ0 for FrBD. In the
+//! loop an error of the stiffness is a negative stiffness (ε + δ) P σ0: K_p must outweigh it, so
+//! begin with η = 0.9, which leaves room for a model that is a tenth too stiff.
 //!
 //! *The observer* does the same, and lets e correct the deflection, at a standstill too: it pushes
 //! an axis that is stuck behind its reference. It belongs to a PID controller with the feed-forward

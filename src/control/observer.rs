@@ -36,8 +36,8 @@
 //! k F̃ y − dW̃/dt = P (K λ z̃² + (c₀ − K r) z̃ (k y) + c₂ (k y)²) = Q.
 //!
 //! For FrBD c₀ = K r, and Q ≥ 0 whatever v(t) is: the error of an FrBD observer is passive because
-//! the model is, for every curve, σ0, σ1 and k > 0. For LuGre c₀ − K r = −σ1 λ, and Q ≥ 0 for all
-//! z̃, y if and only if σ1² λ(v) ≤ 4 σ0 (σ1 + σ2), that is up to a certain speed.
+//! the model is, for every curve, σ0, σ1 and k > 0. For LuGre at p = P c₀ − K r = −σ1 λ, and Q ≥ 0
+//! for all z̃, y if and only if σ1² λ(v) ≤ 4 σ0 (σ1 + σ2), that is up to a certain speed.
 //!
 //! The loop answers with m ë + K_d ė + K_p e + K_i E = −F̃. With
 //!

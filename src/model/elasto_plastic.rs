@@ -12,7 +12,7 @@ use crate::{Bristle, Scalar, Surface};
 /// The elasto-plastic FrBD model of a friction curve C, a [`KelvinVoigt`] bristle R of constant
 /// stiffness and a regularisation E: below a stick limit z_b \[m\] the bristle is purely elastic.
 ///
-/// With the symbols of [`FrBd`](crate::FrBd) and the virtual friction coefficient μ_b = F/p:
+/// With the symbols of [`FrBd`](crate::FrBd) and the virtual friction coefficient μ_b = F/P:
 ///
 /// ż   = −(ασ0|v|_ε/g) z + (μ/g) v,  g = ασ1|v|_ε + μ(v)
 ///

@@ -380,7 +380,8 @@ pub struct Linearised<T: Scalar, D: Deflection<T> = T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
-    /// The derivatives of a model whose coefficients depend on the velocity alone.
+    /// The derivatives of a model whose coefficients depend on the velocity alone, from the two
+    /// results of [`Bristle::affine_and_slopes`]: for a [`Bristle::linearised`] of your own.
     #[inline]
     pub fn new(affine: &Affine<T, D>, slopes: &Affine<T, D>, velocity: T, deflection: D) -> Self {
         Self {

@@ -15,7 +15,8 @@ pub struct KelvinVoigtParameters<T> {
     #[doc(alias = "sigma0")]
     pub micro_stiffness: T,
     /// Normalised micro-damping σ1 [s/m], zero or positive. It damps a stuck body, with the damping
-    /// ratio ½ σ1 √(p/(σ0 m)) for a mass m, and has no effect in steady sliding.
+    /// ratio ½ σ1 √(P/(σ0 m)) for a mass m under the reference load P, and has no effect in steady
+    /// sliding.
     #[doc(alias = "sigma1")]
     pub micro_damping: T,
 }

@@ -1,7 +1,8 @@
 //! Rheology: the springs and dashpots of a bristle.
 //!
 //! Every bristle of this crate is a set of springs Kᵢ side by side, each alone or in series with a
-//! dashpot of its own, and one dashpot d beside them all. Per unit normal force p,
+//! dashpot of its own, and one dashpot d beside them all. With p \[N\] here and in this module for
+//! the load under which they were measured, the reference load P of a [`Contact`](crate::Contact),
 //!
 //! ẋᵢ = ż − aᵢ xᵢ,  F/p = Σ Kᵢ xᵢ + d ż
 //!
