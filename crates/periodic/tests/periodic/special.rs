@@ -41,19 +41,20 @@ where
 /// Of a branch of cycles of 2π s that begins at 0.5 and goes down, in steps as they are in use.
 fn down<S: System<f64, N, 0>, const N: usize>(
     system: impl Fn(f64) -> S,
+    segments: usize,
     state: SVector<f64, N>,
 ) -> OrbitBranch<N> {
     let guess = Guess { state, period: std::f64::consts::TAU };
-    Continuation { first_step: -0.02, ..Continuation::over(-0.5..1.0) }
-        .free(|parameter| Ok(system(parameter)), 0.5, guess)
-        .unwrap()
+    let mut along = Continuation { first_step: -0.02, ..Continuation::over(-0.5..1.0) };
+    along.shooting.segments = segments;
+    along.free(|parameter| Ok(system(parameter)), 0.5, guess).unwrap()
 }
 
 #[test]
 fn a_cycle_shrinks_to_its_hopf_point() {
     // Van der Pol, ẍ − (p − x²) ẋ + x = 0: its cycle, of amplitude 2√p, ends at p = 0. About x = 1
     // it is not odd, and is followed over whole periods.
-    for centre in [0.0, 1.0] {
+    for (centre, segments) in [(0.0, 1), (0.0, 3), (1.0, 1), (1.0, 3)] {
         let system = |p: f64| {
             Field(move |state: &Vector2<f64>| {
                 let (x, v) = (state[0] - centre, state[1]);
@@ -62,7 +63,7 @@ fn a_cycle_shrinks_to_its_hopf_point() {
                 (Vector2::new(v, damping * v - x), by_state)
             })
         };
-        let branch = down(system, Vector2::new(centre + 1.4, 0.0));
+        let branch = down(system, segments, Vector2::new(centre + 1.4, 0.0));
         assert_eq!(branch.end, BranchEnd::Equilibrium);
         let [.., last] = branch.points[..] else { unreachable!() };
         assert_eq!(last.kind, PointKind::Hopf);
@@ -120,7 +121,7 @@ fn a_torus_branches_off_where_a_complex_pair_passes_the_unit_circle() {
                 (Vector4::new(inside * x - y, inside * y + x, u[0], u[1]), by_state)
             })
         };
-        let branch = down(system, Vector4::new(1.0, 0.0, centre, centre));
+        let branch = down(system, 1, Vector4::new(1.0, 0.0, centre, centre));
         let found: Vec<_> = branch.special().map(|it| (it.kind, it.parameter)).collect();
         let tori: Vec<_> = found.iter().filter(|it| it.0 == PointKind::Torus).collect();
         assert_eq!(tori.first().map(|it| it.1.abs() < 1e-7), wanted.map(|_| true), "{found:?}");
