@@ -14,8 +14,8 @@
 //! times in a row. A simulation goes on beyond its duration until either is known.
 //!
 //! A sampled controller holds its force between samples. Its state jumps there, and with it the
-//! derivatives of a run: see [`Shooting::sampled`]. Sampled loops are simulated by passive companion
-//! steps; their rest and their cycles are solved for, too, with multipliers.
+//! derivatives of a run: see [`Shooting::sampled`]. Sampled loops are simulated by passive
+//! companion steps; their rest and their cycles are solved for, too, with multipliers.
 
 use core::fmt;
 use core::num::NonZero;

@@ -12,9 +12,9 @@
 //!
 //! Runs are those of [`bristle::ode`], split at reversals. The field is continuous there, so the
 //! derivatives Φ of a run by its start do not jump, and keep their order. (They would for a sharp
-//! slider; at the samples of a controller they jump as its state does.) A small disturbance is multiplied by the
-//! eigenvalues μ of Φ in each period: the motion is stable if all are inside the unit circle, but
-//! for the 1 of a motion whose phase is free.
+//! slider; at the samples of a controller they jump as its state does.) A small disturbance is
+//! multiplied by the eigenvalues μ of Φ in each period: the motion is stable if all are inside the
+//! unit circle, but for the 1 of a motion whose phase is free.
 //!
 //! Numbers are `f64`: in single precision the runs leave no digits for Newton's method.
 #![cfg_attr(docsrs, feature(doc_cfg))]

@@ -106,9 +106,9 @@ impl Stages<'_> {
         Ok(())
     }
 
-    /// Expected errors of the search variables at the starts of the parameters, and the mean square of
-    /// the residuals that noise leaves, if the sensitivities are finite and nothing stops in between,
-    /// from so many draws. Noise of the position is at most of a size.
+    /// Expected errors of the search variables at the starts of the parameters, and the mean square
+    /// of the residuals that noise leaves, if the sensitivities are finite and nothing stops in
+    /// between, from so many draws. Noise of the position is at most of a size.
     fn errors_by_noise(
         &mut self,
         most: f64,
