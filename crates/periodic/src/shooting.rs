@@ -43,8 +43,9 @@ pub struct Shooting {
     pub most_iterations: usize,
     /// Steps of all runs of a search, or of a branch, at most.
     pub most_steps: u64,
-    /// Segments of a period, each with a start that is looked for (multiple shooting). One is
-    /// enough unless the motion forgets its start and then magnifies what is left of it.
+    /// Segments of a period, a thousand at most, each with a start that is looked for (multiple
+    /// shooting). One is enough unless the motion forgets its start and then magnifies what is
+    /// left of it.
     pub segments: usize,
 }
 
@@ -182,7 +183,7 @@ impl Shooting {
         let least = 10.0 * f64::EPSILON;
         Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
         Named("most_iterations", self.most_iterations).count(1)?;
-        Named("segments", self.segments).count(1)?;
+        Named("segments", self.segments).count_between(1, MOST_SEGMENTS)?;
         for (index, &scale) in scales.iter().enumerate() {
             ParameterError::of_component(index, Named("scales", scale).positive())?;
         }
@@ -259,6 +260,9 @@ fn settled<const N: usize>(
     let goes_on = least < 1.0 && end - last.time < 2.0 * period;
     goes_on.then_some(Guess { state: last.state, period })
 }
+
+/// The equations of more segments would fill a memory, as the square of their number.
+const MOST_SEGMENTS: usize = 1000;
 
 /// A cycle of a whole number of samples is that of nearly the same period if it is this near, over
 /// the scales; it is looked for in so many iterations.

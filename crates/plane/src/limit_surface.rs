@@ -262,9 +262,9 @@ where
             let step = across * multiplier - along;
             let residual = (forces - wrench * multiplier).norm() / forces.norm();
             // Below its roundings the twist can neither be smoothed nor mended.
-            let rounding = twist.norm() * T::default_epsilon() * lit(64.0);
-            let last = smooth <= (finest * before).larger(rounding);
-            if last && (residual <= finest * lit(16.0) || step.norm() <= rounding) {
+            let of_twist = twist.norm() * T::default_epsilon() * lit(64.0);
+            let last = smooth <= (finest * before).larger(of_twist);
+            if last && (residual <= finest * lit(16.0) || step.norm() <= of_twist) {
                 return Ok((twist, power(&twist, T::zero()).0));
             }
             // Each stage but the last need only come as near as its smoothing.

@@ -254,9 +254,10 @@ fn bad_input_has_an_answer_with_a_name() {
         let none = Shooting { segments, ..shooting }.free(&fast, guess);
         assert!(none.is_err(), "{none:?}");
     }
-    assert!(refused(
-        &Shooting { segments: 0, ..shooting }.free(&fast, stick_slip(&system, 0.1)).map(drop)
-    ));
+    let guess = stick_slip(&system, 0.1);
+    for segments in [0, 1001, usize::MAX] {
+        assert!(refused(&Shooting { segments, ..shooting }.free(&fast, guess).map(drop)));
+    }
     let ahead = |_: f64, state: &Vector3<f64>| state[1] - 1.5;
     let section = Event { function: &ahead, direction: Direction::Rising, stops: false };
     let settled = shooting.settle(&fast, sliding, 300.0, &section);
