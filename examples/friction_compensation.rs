@@ -18,7 +18,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
-use bristle::companion::{Companion, VelocityHistory};
+use bristle::companion::{Companion, PointMass, VelocityHistory};
 use bristle::control::{
     FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
     FrictionObserver, Injection, MicroDamping, ObserverParameters, OutputParameters,
@@ -297,7 +297,6 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
         (VelocityFromPosition::new(velocity)?, VelocityFromPosition::new(velocity)?);
     let fine = (h / FINE).round() as usize * setting.refinement;
     let step = h / fine as f64;
-    let inertia = 2.0 * MASS / step;
 
     // The axis starts a third of a count off the bristle's rest position.
     let (mut x, mut v, mut z, mut sum) = (COUNT / 3.0, 0.0, 0.0, 0.0);
@@ -332,8 +331,8 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
         for _ in 0..fine {
             let solve = |predicted: f64| {
                 let friction = plant.step(predicted, z, step);
-                let mean = (force - friction.bias() + inertia * v) / (inertia + friction.damping());
-                (mean, friction)
+                let body = PointMass { mass: MASS, velocity: v, force, end_weight: 0.5 };
+                (friction.point_mass(body), friction)
             };
             let (first, _) = solve(history.predict());
             let (mean, friction) = solve(first);

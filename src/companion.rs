@@ -71,7 +71,7 @@
 //! Source: a consequence of the affine form of the models of Romano et al. (arXiv 2602.09429),
 //! section III-A, and of their storage function, Lemma III.2.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Reloaded, Scalar, Surface};
@@ -176,7 +176,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         normal_force: T,
         predicted_velocity: T,
         deflection: M::Deflection,
-    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+    ) -> Checked<Reloaded<T, M::Deflection>> {
         self.contact.reload(normal_force, predicted_velocity, deflection)
     }
 
@@ -191,7 +191,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         &mut self,
         normal_force: T,
         deflection: M::Deflection,
-    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+    ) -> Checked<Reloaded<T, M::Deflection>> {
         self.contact.renew(normal_force, deflection)
     }
 
@@ -315,7 +315,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// # Errors
     ///
     /// Refuses a speed that is negative or not finite.
-    pub fn companion(self, fastest: T) -> Result<Companion<T, M>, ParameterError> {
+    pub fn companion(self, fastest: T) -> Checked<Companion<T, M>> {
         let fastest = Named("fastest", fastest).non_negative()?;
         let limit = self.model().limits(fastest).deflection.unwrap_or_else(T::unlimited);
         Ok(Companion { contact: self, fastest, limit })

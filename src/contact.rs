@@ -1,6 +1,6 @@
 //! A friction model under a normal force, constant or not.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::rheology::Deflection;
 use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Linearised, Scalar, Surface};
@@ -17,7 +17,7 @@ use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 /// | p | normal force | N |
 /// | P | reference load, under which stiffness and damping were measured | N |
 /// | s = p/P | friction scale, by which the load multiplies the friction curve in μ_b | – |
-/// | xᵢ, Kᵢ | stretch of spring i and its stiffness; of a spring beside a dashpot z and σ0 | m, 1/m |
+/// | xᵢ, Kᵢ | stretch of spring i, its stiffness; beside a dashpot z and σ0 | m, 1/m |
 /// | W | energy stored in the bristles | J |
 ///
 /// **If the load is constant, forget P and s:** [`Bristle::under_load`] makes P = p and s = 1.
@@ -42,14 +42,29 @@ use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 /// and a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the
 /// load falls below what a stuck bristle carries, the bristle slips back.
 ///
-/// | method | take it if | it returns | it keeps |
-/// |---|---|---|---|
-/// | [`reload`](Contact::reload) | you make steps, and what is held must stand still: the usual case | the deflection that is left, the energy lost | P, and the deflection as far as the surface holds it |
-/// | [`reloaded`](Contact::reloaded) | as `reload`, but many bristles share the contact, and each has a load of its own | the same | the contact as it is; you keep the load |
-/// | [`change_load`](Contact::change_load) | as `reload`, but one load bears on several deflections (a footprint, a patch) | the [`LoadChange`], which you apply to each by [`kept`](LoadChange::kept) or [`kept_by`](LoadChange::kept_by) | P; it sees no deflection |
-/// | [`renew`](Contact::renew) | the stiffness follows the load, since asperities come and go: bristles that enter a rolling contact | the deflection that is left, the energy lost | the force while the load rises, the deflection while it falls; P becomes the new load |
-/// | [`renew_load`](Contact::renew_load) | as `renew`, with several deflections | the [`LoadChange`], which you apply to each by [`renewed`](LoadChange::renewed) | P becomes the new load; it sees no deflection |
-/// | [`response_under`](Contact::response_under) | you make no steps: a `System` of your own has the load p(t) or p(x) | rate and force at one instant | contact and deflection as they are |
+/// | method | take it if |
+/// |---|---|
+/// | [`reload`] | you make steps, and what is held must stand still: the usual case |
+/// | [`reloaded`] | the same, but the contact serves many bristles, each with a load |
+/// | [`change_load`] | the same, but one load bears on several deflections |
+/// | [`renew`] | asperities come and go: bristles that enter a rolling contact |
+/// | [`renew_load`] | the same, with several deflections |
+/// | [`response_under`] | you make no steps: an `ode::System` has p(t) or p(x) |
+///
+/// The first three keep P. `reload` and `reloaded` return the deflection, kept as far as the
+/// surface holds it, and the energy lost; `reloaded` leaves the contact as it is, and you keep the
+/// load. `change_load`, as of a footprint or a patch, returns the [`LoadChange`], which you apply
+/// to each deflection.
+///
+/// `renew` and `renew_load` let the stiffness follow the load: P becomes the new load. The force is
+/// kept while the load rises, the deflection while it falls.
+///
+/// [`reload`]: Contact::reload
+/// [`reloaded`]: Contact::reloaded
+/// [`change_load`]: Contact::change_load
+/// [`renew`]: Contact::renew
+/// [`renew_load`]: Contact::renew_load
+/// [`response_under`]: Contact::response_under
 ///
 /// A load that is constant, but is not the one under which σ0 was measured, needs none of these:
 /// give the other one once, by [`Contact::measured_at`].
@@ -150,9 +165,12 @@ pub struct Reloaded<T, D = T> {
 ///
 /// | method | after | you know |
 /// |---|---|---|
-/// | [`kept_by`](LoadChange::kept_by) | `change_load` | the model and the coefficient K·x \[–\] that its springs carry |
-/// | [`kept`](LoadChange::kept) | `change_load` | the utilisation: the carried coefficient divided by the one that is held, as the norm over the axes of a plane |
-/// | [`renewed`](LoadChange::renewed) | `renew_load` | nothing more: all deflections keep the same share |
+/// | [`kept_by`](LoadChange::kept_by) | `change_load` | the model and the coefficient K·x |
+/// | [`kept`](LoadChange::kept) | `change_load` | the utilisation |
+/// | [`renewed`](LoadChange::renewed) | `renew_load` | nothing more: all keep the same share |
+///
+/// The springs of the model carry K·x. The utilisation is the carried coefficient divided by the
+/// one that is held; over the axes of a plane it is the norm of these.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadChange<T> {
     /// The normal force p before \[N\].
@@ -226,7 +244,7 @@ impl<T: Scalar, M> Contact<T, M> {
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite.
-    pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
+    pub fn new(model: M, normal_force: T) -> Checked<Self> {
         let normal_force = Named("normal_force", normal_force).non_negative()?;
         Ok(Self { model, reference_load: normal_force, normal_force, scale: T::one() })
     }
@@ -238,7 +256,7 @@ impl<T: Scalar, M> Contact<T, M> {
     /// # Errors
     ///
     /// Refuses a reference load that is not positive and finite.
-    pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
+    pub fn measured_at(self, reference_load: T) -> Checked<Self> {
         let reference_load = Named("reference_load", reference_load).positive()?;
         let mut contact = Self { reference_load, ..self };
         contact.scale = contact.scale_under(contact.normal_force);
@@ -281,7 +299,7 @@ impl<T: Scalar, M> Contact<T, M> {
     /// Refuses a normal force that is negative or not finite, and a positive one on a contact that
     /// has no reference load; the contact is as it was.
     #[inline]
-    pub fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+    pub fn change_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
         let after = Named("normal_force", normal_force).non_negative()?;
         if after > T::zero() {
             let given = self.reference_load > T::zero();
@@ -301,7 +319,7 @@ impl<T: Scalar, M> Contact<T, M> {
     ///
     /// Refuses a normal force that is negative or not finite; the contact is as it was.
     #[inline]
-    pub fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+    pub fn renew_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
         let after = Named("normal_force", normal_force).non_negative()?;
         // The energy is that of the stiffness at the reference load.
         let before = self.reference_load;
@@ -361,7 +379,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         normal_force: T,
         velocity: T,
         deflection: M::Deflection,
-    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+    ) -> Checked<Reloaded<T, M::Deflection>> {
         let change = self.change_load(normal_force)?;
         Ok(self.reloaded(change, velocity, deflection))
     }
@@ -428,7 +446,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         &mut self,
         normal_force: T,
         deflection: M::Deflection,
-    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+    ) -> Checked<Reloaded<T, M::Deflection>> {
         let stored = self.stored_energy(deflection);
         let (kept, lost) = self.renew_load(normal_force)?.renewed();
         Ok(Reloaded { deflection: deflection * kept, dissipated: lost * stored })

@@ -1,6 +1,6 @@
 //! A mass with a spring and a damper, without its friction.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::Scalar;
 
 /// A mass with a spring and a damper, without its friction: what a contact holds or brakes.
@@ -23,7 +23,7 @@ pub struct Mechanism<T> {
 
 impl<T: Scalar> Mechanism<T> {
     /// Returns the mechanism if every parameter is in its range.
-    pub fn checked(self) -> Result<Self, ParameterError> {
+    pub fn checked(self) -> Checked<Self> {
         Ok(Self {
             mass: Named("mass", self.mass).positive()?,
             spring_stiffness: Named("spring_stiffness", self.spring_stiffness).non_negative()?,

@@ -37,6 +37,9 @@ pub struct ParameterError {
     pub rule: Rule,
 }
 
+/// What passed the gate, or the parameter that was refused: what constructors and settings return.
+pub type Checked<T> = Result<T, ParameterError>;
+
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, count) = (self.name, self.value);
@@ -198,6 +201,19 @@ impl ParameterError {
     pub fn of_component<V>(index: usize, checked: Result<V, Self>) -> Result<V, Self> {
         checked.map_err(|error| Self { component: Some(index), ..error })
     }
+
+    /// Checks each component of an array; the error has that of the first one that is refused.
+    ///
+    /// # Errors
+    ///
+    /// The first of the checks.
+    pub fn of_components<I: IntoIterator, V>(
+        items: I,
+        mut check: impl FnMut(I::Item) -> Checked<V>,
+    ) -> Checked<()> {
+        let mut items = items.into_iter().enumerate();
+        items.try_for_each(|(index, item)| Self::of_component(index, check(item).map(drop)))
+    }
 }
 
 /// A value before the gate, with its name in the struct or function that took it: to check the
@@ -227,80 +243,81 @@ impl<T: Scalar> Named<T> {
     }
 
     /// The value if it passes, else the error with the rule that it breaks.
-    pub fn check(self, passes: bool, rule: Rule) -> Result<T, ParameterError> {
+    pub fn check(self, passes: bool, rule: Rule) -> Checked<T> {
         if passes { Ok(self.1) } else { Err(self.refused(rule)) }
     }
 
     /// As [`Named::check`], with a rule in words, which go on from "must": "be even".
-    pub fn stated(self, passes: bool, rule: &'static str) -> Result<T, ParameterError> {
+    pub fn stated(self, passes: bool, rule: &'static str) -> Checked<T> {
         self.check(passes, Rule::Stated(rule))
     }
 
     /// Not NaN.
-    pub fn number(self) -> Result<T, ParameterError> {
+    pub fn number(self) -> Checked<T> {
         self.check(self.1.abs() >= T::zero(), Rule::Number)
     }
 
     /// Finite, of either sign and of admissible magnitude.
-    pub fn finite(self) -> Result<T, ParameterError> {
+    pub fn finite(self) -> Checked<T> {
         let (_, most) = limits::<T>();
         self.between(-most, most)
     }
 
     /// Strictly positive.
-    pub fn positive(self) -> Result<T, ParameterError> {
+    pub fn positive(self) -> Checked<T> {
         let (least, most) = limits::<T>();
         self.between(least, most)
     }
 
     /// Zero or positive; −0 becomes 0, because what is divided by it has a sign.
-    pub fn non_negative(self) -> Result<T, ParameterError> {
+    pub fn non_negative(self) -> Checked<T> {
         let (_, most) = limits::<T>();
         self.between(0.0, most).map(|value| value + T::zero())
     }
 
     /// Between two limits, or at one of them.
-    pub fn between(self, least: f64, most: f64) -> Result<T, ParameterError> {
+    pub fn between(self, least: f64, most: f64) -> Checked<T> {
         let inside = self.1 >= lit(least) && self.1 <= lit(most);
         self.check(inside, Rule::Between { least, most })
     }
 
     /// Not smaller than another parameter (both are checked to be finite elsewhere).
-    pub fn at_least(self, other: &'static str, limit: T) -> Result<T, ParameterError> {
+    pub fn at_least(self, other: &'static str, limit: T) -> Checked<T> {
         self.check(self.1 >= limit, Rule::AtLeast { other, limit: decimal(limit) })
     }
 
     /// Not larger than another parameter (both are checked to be finite elsewhere).
-    pub fn at_most(self, other: &'static str, limit: T) -> Result<T, ParameterError> {
+    pub fn at_most(self, other: &'static str, limit: T) -> Checked<T> {
         self.check(self.1 <= limit, Rule::AtMost { other, limit: decimal(limit) })
     }
 
     /// Strictly smaller than another quantity.
-    pub fn below(self, other: &'static str, limit: T) -> Result<T, ParameterError> {
+    pub fn below(self, other: &'static str, limit: T) -> Checked<T> {
         self.check(self.1 < limit, Rule::Below { other, limit: decimal(limit) })
     }
 
-    /// Strictly larger than the component before it.
-    pub fn increasing(self, previous: T) -> Result<T, ParameterError> {
+    /// Finite and strictly larger than the component before it.
+    pub fn increasing(self, previous: T) -> Checked<T> {
+        self.finite()?;
         self.check(self.1 > previous, Rule::Increasing { previous: decimal(previous) })
     }
 
     /// Exactly the value that the construction needs.
-    pub fn exactly(self, wanted: T) -> Result<T, ParameterError> {
+    pub fn exactly(self, wanted: T) -> Checked<T> {
         self.check(self.1 == wanted, Rule::Exactly { value: decimal(wanted) })
     }
 }
 
 impl Named<usize> {
     /// A count of at least `least`.
-    pub fn count(self, least: usize) -> Result<(), ParameterError> {
+    pub fn count(self, least: usize) -> Checked<()> {
         let count = Named(self.0, self.1 as f64);
         count.check(self.1 >= least, Rule::Count { least }).map(drop)
     }
 
     /// A count of at least `least` and at most `most`.
     #[inline]
-    pub fn count_between(self, least: usize, most: usize) -> Result<(), ParameterError> {
+    pub fn count_between(self, least: usize, most: usize) -> Checked<()> {
         if (least..=most).contains(&self.1) {
             return Ok(());
         }

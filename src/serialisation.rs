@@ -13,7 +13,7 @@ use crate::curve::{
     Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use crate::parameter::Named;
+use crate::parameter::{Checked, Named};
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters, Maxwell,
@@ -25,7 +25,7 @@ use crate::scene::{
 use crate::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use crate::{
     Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ImplicitBristle, LuGre, Mechanism,
-    ParameterError, Scalar,
+    Scalar,
 };
 
 /// Arrays of any length.
@@ -64,10 +64,7 @@ pub mod array {
 /// # Errors
 ///
 /// What the constructor refuses, at the place in the file.
-pub fn read<'de, P, T, D>(
-    deserializer: D,
-    new: impl FnOnce(P) -> Result<T, ParameterError>,
-) -> Result<T, D::Error>
+pub fn read<'de, P, T, D>(deserializer: D, new: impl FnOnce(P) -> Checked<T>) -> Result<T, D::Error>
 where
     P: Deserialize<'de>,
     D: Deserializer<'de>,
@@ -171,16 +168,12 @@ serialised_as!([C: FrictionCurve<T>] ImplicitBristle<C, T> as ImplicitFile<C, T>
 
 serialised_as!([M: Bristle<T, Deflection = T>, F: Signal<T>]
     MassSpringDamper<T, M, F> as MassSpringDamperParameters<T, M, F>:
-    Self::new, Self::parameters);
+    Self::new, |rig| rig.parameters().clone());
 serialised_as!([M: Bristle<T, Deflection = T>, U: Signal<T>]
     DiaphragmValve<T, M, U> as DiaphragmValveParameters<T, M, U>:
-    Self::new, Self::parameters);
+    Self::new, |valve| valve.parameters().clone());
 
-impl<'de, T, M> Deserialize<'de> for Contact<T, M>
-where
-    T: Scalar + Deserialize<'de>,
-    M: Deserialize<'de>,
-{
+impl<'de, T: Scalar + Deserialize<'de>, M: Deserialize<'de>> Deserialize<'de> for Contact<T, M> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         read(deserializer, |file: ContactFile<T, M>| {
             let contact = Self::new(file.model, file.normal_force)?;

@@ -61,7 +61,7 @@ fn a_streamed_run_allocates_nothing() {
 
 #[test]
 fn samples_of_a_bristle_under_a_known_velocity_allocate_nothing() {
-    let contact = *rig().contact();
+    let contact = rig().parameters().contact;
     let wave = SineParameters { mean: 0.001, amplitude: 0.01, frequency: 25.0, phase: 0.0 };
     let (wave, solver) = (Sine::new(wave).unwrap(), Exponential::<5>.adaptive(1e-8).unwrap());
     let counted = allocation_counter::measure(|| {

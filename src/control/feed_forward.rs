@@ -16,7 +16,7 @@
 //! and it needs a model that fits.
 
 use super::output::{Compensation, Output, OutputParameters};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::{Bristle, Contact, Scalar};
 
 /// Parameters of a [`FeedForwardCompensator`].
@@ -70,7 +70,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     ///
     /// Refuses a sample time, a fastest speed or a largest force that is not positive, and a share
     /// outside 0 … 2.
-    pub fn new(parameters: FeedForwardParameters<T, M>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: FeedForwardParameters<T, M>) -> Checked<Self> {
         Ok(Self {
             sample_time: Named("sample_time", parameters.sample_time).positive()?,
             fastest: Named("fastest", parameters.fastest).positive()?,
@@ -97,7 +97,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     ///
     /// Refuses a normal force that is negative or not finite; nothing has changed.
     #[inline]
-    pub fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
+    pub fn reload(&mut self, normal_force: T) -> Checked<()> {
         self.output.reload(normal_force)
     }
 
@@ -111,10 +111,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     /// # Errors
     ///
     /// Those of [`FeedForwardCompensator::new`]; nothing has changed.
-    pub fn change(
-        &mut self,
-        parameters: FeedForwardParameters<T, M>,
-    ) -> Result<(), ParameterError> {
+    pub fn change(&mut self, parameters: FeedForwardParameters<T, M>) -> Checked<()> {
         let new = Self::new(parameters)?;
         *self = Self { output: new.output.after(&self.output), ..new };
         Ok(())

@@ -45,7 +45,7 @@ use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{
     MotionSample, VelocityFromPosition, VelocityFromPositionParameters, along,
 };
-use crate::parameter::ParameterError;
+use crate::parameter::Checked;
 use crate::scalar::is_zero;
 use crate::{Bristle, Contact, Scalar};
 
@@ -134,7 +134,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     ///
     /// Refuses a sample time, a fastest speed or a largest force that is not positive, a time
     /// constant or a count that is negative or not finite, and a share outside 0 … 2.
-    pub fn new(parameters: FeedbackParameters<T, M>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: FeedbackParameters<T, M>) -> Checked<Self> {
         let FeedbackParameters { contact, velocity, damping, output } = parameters;
         let viscous =
             contact.model().characteristics(T::one()).map_or(T::zero(), |a| a.viscous_friction);
@@ -226,7 +226,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     ///
     /// Refuses a normal force that is negative or not finite; nothing has changed.
     #[inline]
-    pub fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
+    pub fn reload(&mut self, normal_force: T) -> Checked<()> {
         self.output.reload(normal_force)
     }
 
@@ -272,7 +272,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     /// assert_eq!(compensator.step(5e-5).deflection, before); // it has not moved
     /// # Ok::<(), ParameterError>(())
     /// ```
-    pub fn change(&mut self, parameters: FeedbackParameters<T, M>) -> Result<(), ParameterError> {
+    pub fn change(&mut self, parameters: FeedbackParameters<T, M>) -> Checked<()> {
         let new = Self::new(parameters)?;
         let (encoder, output) = (new.encoder.after(&self.encoder), new.output.after(&self.output));
         *self = Self { encoder, output, ..new };

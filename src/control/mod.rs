@@ -15,7 +15,7 @@
 //! | x_ref, e | reference, tracking error e = x − x_ref | m |
 //! | K_p, K_d, K_i | gains of a PID controller on e | N/m, N s/m, N/(m s) |
 //! | ε = η − 1, δ | over-compensation; relative error by which the model's P σ0 is too large | – |
-//! | p, P | normal force; reference load of the [`Contact`](crate::Contact), p if that is constant | N |
+//! | p, P | normal force; reference load of the [`Contact`](crate::Contact), p if constant | N |
 //! | σ0, μ_s | bristle stiffness, static friction coefficient | 1/m, – |
 //!
 //! # Which one
@@ -25,7 +25,8 @@
 //! | its bristle follows | the reference | the encoder | the encoder, corrected by e |
 //! | each sample needs | v_ref | x | x and x_ref |
 //! | must be known | – | K_p, roughly | m, K_p, K_d, K_i |
-//! | take it if | the axis follows its reference closely | the encoder has ten counts or more in the elastic displacement μ_s/σ0; the controller may be of any kind | the controller is a PID, and e shall correct the model |
+//! | take it if | the axis follows closely | μ_s/σ0 ≥ 10 q | e shall correct the model |
+//! | controller | any | any | a PID |
 //! | not if | the axis sticks, or is pushed aside | (ε + δ) P σ0 > K_p | K_d ≤ α m or K_i ≥ α K_p |
 //! | models, of one spring | all | not one that creeps at rest | not elasto-plastic, not implicit |
 //!

@@ -93,7 +93,7 @@ use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{
     MotionSample, VelocityFromPosition, VelocityFromPositionParameters, along,
 };
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
@@ -139,7 +139,7 @@ pub enum Injection<T> {
 
 impl<T: Scalar> Injection<T> {
     /// α, or what stands in its place, and σ1: of a model for which the theorem holds.
-    fn corner<M>(&self, model: &M, fastest: T) -> Result<(T, T), ParameterError>
+    fn corner<M>(&self, model: &M, fastest: T) -> Checked<(T, T)>
     where
         M: Bristle<T, Deflection = T>,
     {
@@ -343,7 +343,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// - by position those with c₀ = σ0 − σ1 λ (FrBD with a Kelvin–Voigt bristle, LuGre), σ1 > 0.
     ///
     /// The σ1 and σ2 are those of [`Bristle::characteristics`].
-    pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: ObserverParameters<T, M>) -> Checked<Self> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
         let fastest = Named("fastest", velocity.fastest).positive()?;
         let mass = Named("mass", parameters.mass).positive()?;
@@ -454,7 +454,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     ///
     /// Refuses a normal force that is negative or not finite; nothing has changed.
     #[inline]
-    pub fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
+    pub fn reload(&mut self, normal_force: T) -> Checked<()> {
         self.output.reload(normal_force)
     }
 
@@ -468,7 +468,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// # Errors
     ///
     /// Those of [`FrictionObserver::new`]; nothing has changed.
-    pub fn change(&mut self, parameters: ObserverParameters<T, M>) -> Result<(), ParameterError> {
+    pub fn change(&mut self, parameters: ObserverParameters<T, M>) -> Checked<()> {
         let new = Self::new(parameters)?;
         *self = Self {
             position: new.position.after(&self.position),

@@ -1,6 +1,6 @@
 //! What all compensators share: their output.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::{Bristle, Contact, Scalar};
 
 /// How a compensator turns its estimate F̂ \[N\] of the friction into the force that it gives out:
@@ -46,10 +46,7 @@ pub(super) struct Output<T, M> {
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Output<T, M> {
-    pub(super) fn new(
-        contact: Contact<T, M>,
-        parameters: OutputParameters<T>,
-    ) -> Result<Self, ParameterError> {
+    pub(super) fn new(contact: Contact<T, M>, parameters: OutputParameters<T>) -> Checked<Self> {
         Ok(Self {
             contact,
             velocity: T::zero(),
@@ -66,7 +63,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Output<T, M> {
 
     /// Changes the normal force, at the velocity of the last good sample.
     #[inline]
-    pub(super) fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
+    pub(super) fn reload(&mut self, normal_force: T) -> Checked<()> {
         let deflection = self.last.deflection;
         self.last.deflection =
             self.contact.reload(normal_force, self.velocity, deflection)?.deflection;

@@ -17,7 +17,7 @@
 //! refused samples it takes n such steps at once towards the mean velocity of all n, with the
 //! weight 1 − (τ/(τ + h))ⁿ.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Scalar};
 
@@ -119,7 +119,7 @@ impl<T: Scalar> VelocityFromPosition<T> {
     ///
     /// Refuses a sample time or a fastest speed that is not positive, and a time constant or a
     /// count that is negative or not finite.
-    pub fn new(parameters: VelocityFromPositionParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: VelocityFromPositionParameters<T>) -> Checked<Self> {
         let sample_time = Named("sample_time", parameters.sample_time).positive()?;
         let time_constant = Named("time_constant", parameters.time_constant).non_negative()?;
         let weight = sample_time / (time_constant + sample_time);

@@ -111,12 +111,7 @@ impl<T: Scalar> FrictionCurve<T> for AnyCurve<T> {
 }
 
 #[cfg(feature = "alloc")]
-impl<T, F, B> From<Asymmetric<F, B>> for AnyCurve<T>
-where
-    T: Scalar,
-    F: Into<AnyCurve<T>>,
-    B: Into<AnyCurve<T>>,
-{
+impl<T: Scalar, F: Into<AnyCurve<T>>, B: Into<AnyCurve<T>>> From<Asymmetric<F, B>> for AnyCurve<T> {
     fn from(curve: Asymmetric<F, B>) -> Self {
         let (forward, backward) = (curve.forward.into(), curve.backward.into());
         Self::Asymmetric(Box::new(Asymmetric { forward, backward }))

@@ -1,7 +1,7 @@
 //! Coulomb friction with a viscous part.
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Coulomb`].
@@ -40,7 +40,7 @@ impl<T: Scalar> Coulomb<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn new(parameters: CoulombParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: CoulombParameters<T>) -> Checked<Self> {
         Ok(Self {
             dynamic: Named("dynamic_coefficient", parameters.dynamic_coefficient).positive()?,
             viscous: Named("viscous_friction", parameters.viscous_friction).non_negative()?,

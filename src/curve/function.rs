@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::{Bounds, Scalar, Sliding};
 
 /// A friction curve given by a closure that returns μ \[–\] and dμ/d|v| [s/m] at a speed |v| [m/s]:
@@ -44,7 +44,7 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     /// force, at any speed: [`Bristle::limits`](crate::Bristle::limits) returns `None`, a companion
     /// step cuts no deflection, and LuGre is passive only where its damping covers every
     /// deflection. The passivity of FrBD needs no bound.
-    pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
+    pub fn new(function: F, bounds: Bounds<T>) -> Checked<Self> {
         Named("bounds.min", bounds.min).positive()?;
         Named("bounds.max", bounds.max).at_least("bounds.min", bounds.min)?;
         Ok(Self { function, bounds, least_slope: None })
@@ -56,7 +56,7 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     /// # Errors
     ///
     /// Refuses a number that is not finite.
-    pub fn with_least_slope(self, slope: T) -> Result<Self, ParameterError> {
+    pub fn with_least_slope(self, slope: T) -> Checked<Self> {
         Ok(Self { least_slope: Some(Named("least_slope", slope).finite()?), ..self })
     }
 }

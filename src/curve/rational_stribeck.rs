@@ -2,7 +2,7 @@
 
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
-use crate::parameter::ParameterError;
+use crate::parameter::Checked;
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
@@ -62,7 +62,7 @@ impl<T: Scalar> RationalStribeck<T> {
     ///
     /// Names the parameter that is out of its range, or a static coefficient below the dynamic
     /// one.
-    pub fn new(parameters: RationalStribeckParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: RationalStribeckParameters<T>) -> Checked<Self> {
         let given = [parameters.static_coefficient, parameters.stribeck_velocity];
         let [static_, velocity] = given;
         let (dynamic, viscous) = (parameters.dynamic_coefficient, parameters.viscous_friction);

@@ -2,7 +2,7 @@
 
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Branch, Scalar, Sliding};
 
@@ -74,7 +74,7 @@ impl<T: Scalar> Stribeck<T> {
     ///
     /// Names the parameter that is out of its range, or a static coefficient below the dynamic
     /// one.
-    pub fn new(parameters: StribeckParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: StribeckParameters<T>) -> Checked<Self> {
         let valley = Valley::new([
             parameters.static_coefficient,
             parameters.dynamic_coefficient,

@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named, ParameterError};
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
@@ -97,7 +97,7 @@ impl<T: Scalar, const N: usize> Tabulated<[Cubic<T>; N]> {
     ///
     /// Names the knot whose speed does not increase or whose coefficient is not positive, a first
     /// knot that is not at rest, or a table of fewer than two knots.
-    pub fn new(knots: [Knot<T>; N]) -> Result<Self, ParameterError> {
+    pub fn new(knots: [Knot<T>; N]) -> Checked<Self> {
         check(&knots)?;
         let mut cubics = [Cubic::default(); N];
         fill(&mut cubics, &knots);
@@ -126,7 +126,7 @@ impl<T: Scalar> Tabulated<alloc::vec::Vec<Cubic<T>>> {
     /// # Errors
     ///
     /// Those of [`Tabulated::new`].
-    pub fn from_slice(knots: &[Knot<T>]) -> Result<Self, ParameterError> {
+    pub fn from_slice(knots: &[Knot<T>]) -> Checked<Self> {
         check(knots)?;
         let mut cubics = alloc::vec![Cubic::default(); knots.len()];
         fill(&mut cubics, knots);
@@ -161,19 +161,15 @@ impl<S> Tabulated<S> {
     }
 }
 
-fn check<T: Scalar>(knots: &[Knot<T>]) -> Result<(), ParameterError> {
+fn check<T: Scalar>(knots: &[Knot<T>]) -> Checked<()> {
     Named("knots", knots.len()).count(2)?;
-    for (index, knot) in knots.iter().enumerate() {
+    let mut previous = None;
+    ParameterError::of_components(knots, |knot| {
         let speed = Named("speed", knot.speed);
-        let checked = match index.checked_sub(1).and_then(|before| knots.get(before)) {
-            None => speed.exactly(T::zero()),
-            Some(before) => speed.finite().and_then(|_| speed.increasing(before.speed)),
-        };
-        ParameterError::of_component(index, checked)?;
-    }
-    for (index, knot) in knots.iter().enumerate() {
-        ParameterError::of_component(index, Named("coefficient", knot.coefficient).positive())?;
-    }
+        let before = previous.replace(knot.speed);
+        before.map_or_else(|| speed.exactly(T::zero()), |before| speed.increasing(before))
+    })?;
+    ParameterError::of_components(knots, |it| Named("coefficient", it.coefficient).positive())?;
     for (index, (slope, spacing)) in (0..).map_while(|i| secant(knots, i)).enumerate() {
         ParameterError::of_component(index + 1, Named("slope", slope).finite())?;
         ParameterError::of_component(index + 1, Named("spacing", spacing).positive())?;

@@ -5,7 +5,7 @@
 //! only falls), there are at most two such points: a maximum just above rest, where viscosity
 //! outruns a decay that starts flat, and then the minimum of the Stribeck valley.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Scalar};
 
@@ -24,9 +24,7 @@ pub(crate) struct Valley<T> {
 
 impl<T: Scalar> Valley<T> {
     /// Checks μ_s, μ_d, v_S and σ2.
-    pub(super) fn new(
-        [static_, dynamic, velocity, viscous]: [T; 4],
-    ) -> Result<Self, ParameterError> {
+    pub(super) fn new([static_, dynamic, velocity, viscous]: [T; 4]) -> Checked<Self> {
         Named("dynamic_coefficient", dynamic).positive()?;
         Named("static_coefficient", static_).positive()?;
         Named("static_coefficient", static_).at_least("dynamic_coefficient", dynamic)?;

@@ -53,7 +53,7 @@ pub use solver::CollocationSolver;
 use core::ops::Range;
 
 use crate::ode::{Crossing, Search, StepControl};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Contact, Scalar};
 use dense_step::Sample;
@@ -185,10 +185,7 @@ impl<const S: usize> Exponential<S> {
     /// # Errors
     ///
     /// Refuses a tolerance that is not positive.
-    pub fn adaptive<T: Scalar>(
-        self,
-        tolerance: T,
-    ) -> Result<CollocationSolver<T, S>, ParameterError> {
+    pub fn adaptive<T: Scalar>(self, tolerance: T) -> Checked<CollocationSolver<T, S>> {
         let tolerance = Some(Named("tolerance", tolerance).positive()?);
         Ok(CollocationSolver { control: StepControl::adaptive(), tolerance })
     }
@@ -198,7 +195,7 @@ impl<const S: usize> Exponential<S> {
     /// # Errors
     ///
     /// Refuses a step that is not positive.
-    pub fn fixed<T: Scalar>(self, step: T) -> Result<CollocationSolver<T, S>, ParameterError> {
+    pub fn fixed<T: Scalar>(self, step: T) -> Checked<CollocationSolver<T, S>> {
         Ok(CollocationSolver { control: StepControl::fixed(step)?, tolerance: None })
     }
 }

@@ -9,6 +9,7 @@ use super::dense_step::{DenseStep, Sample};
 use super::nodes::Nodes;
 use super::{CollocationSolver, crossing, places};
 use crate::ode::{Crossing, Failure, NextStep, Progress, Statistics, StopReason};
+use crate::parameter::Named;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Scalar};
@@ -47,33 +48,38 @@ enum End {
     Reversal,
 }
 
-impl<'a, T, M, V, const S: usize> CollocationRun<'a, T, M, V, S>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    V: Signal<T>,
-{
-    pub(super) fn new(
-        solver: &CollocationSolver<T, S>,
+impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
+    /// Starts a run over a time span \[s\] from a deflection \[m\], to be stepped by hand.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a time or a deflection that is not finite, a span that ends before it starts, and a
+    /// fixed step that does not advance the time.
+    pub fn begin<'a, M: Bristle<T, Deflection = T>, V: Signal<T>>(
+        &self,
         contact: &'a Contact<T, M>,
         velocity: &'a V,
         span: Range<T>,
         deflection: T,
-    ) -> Result<Self, Failure<T, 1>> {
+    ) -> Result<CollocationRun<'a, T, M, V, S>, Failure<T, 1>> {
         let (now, rate) = velocity.value_and_rate(span.start);
         let branch = Branch::locked(now);
         let breakaway = contact.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
-        let mut run = Self {
+        let mut run = CollocationRun {
             contact,
             velocity,
-            allowed: solver.tolerance.map(|tolerance| tolerance * breakaway),
-            progress: Progress::new(solver.control, (span.start, span.end)),
+            allowed: self.tolerance.map(|tolerance| tolerance * breakaway),
+            progress: Progress::new(self.control, (span.start, span.end)),
             deflection,
             branch,
             now,
             sample: Sample::new(contact, branch, now, deflection),
         };
-        run.progress.check().map_err(|error| run.failure(error.into()))?;
+        let times =
+            Named("span.start", span.start).finite().and(Named("span.end", span.end).finite());
+        let finite = times.and(Named("deflection", deflection).finite());
+        let checked = finite.and_then(|_| run.progress.check());
+        checked.map_err(|error| run.failure(error.into()))?;
         run.progress.statistics.evaluations = 1;
         // A part of the time in which the velocity doubles; estimates correct it from there.
         let guess = now.abs() / rate.abs() * lit(0.25);
@@ -83,7 +89,14 @@ where
         run.progress.start(first).map_err(|reason| run.failure(reason))?;
         Ok(run)
     }
+}
 
+impl<T, M, V, const S: usize> CollocationRun<'_, T, M, V, S>
+where
+    T: Scalar,
+    M: Bristle<T, Deflection = T>,
+    V: Signal<T>,
+{
     /// The time reached \[s\].
     pub fn time(&self) -> T {
         self.progress.time

@@ -4,9 +4,8 @@ use core::ops::Range;
 
 use nalgebra::Vector1;
 
-use super::run::CollocationRun;
 use crate::ode::{Failure, Statistics, StepControl};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::lit;
 use crate::signal::Signal;
 use crate::{Bristle, Contact, Scalar};
@@ -51,7 +50,7 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
     /// # Errors
     ///
     /// Refuses a limit that is not positive.
-    pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
+    pub fn with_largest_step(mut self, largest: T) -> Checked<Self> {
         self.control.largest_step = Some(Named("largest_step", largest).positive()?);
         Ok(self)
     }
@@ -61,29 +60,6 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
     pub fn with_most_steps(mut self, most: u64) -> Self {
         self.control.most_steps = most;
         self
-    }
-
-    /// Starts a run over a time span \[s\] from a deflection \[m\], to be stepped by hand.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a time or a deflection that is not finite, a span that ends before it starts, and a
-    /// fixed step that does not advance the time.
-    pub fn begin<'a, M: Bristle<T, Deflection = T>, V: Signal<T>>(
-        &self,
-        contact: &'a Contact<T, M>,
-        velocity: &'a V,
-        span: Range<T>,
-        deflection: T,
-    ) -> Result<CollocationRun<'a, T, M, V, S>, Failure<T, 1>> {
-        let checked = Named("span.start", span.start)
-            .finite()
-            .and_then(|start| Named("span.end", span.end).at_least("span.start", start))
-            .and_then(|end| Named("span.end", end).finite())
-            .and_then(|_| Named("deflection", deflection).finite());
-        let state = Vector1::new(deflection);
-        checked.map_err(|error| Failure::refused(error, span.start, state))?;
-        CollocationRun::new(self, contact, velocity, span, deflection)
     }
 
     /// Runs over a time span \[s\] from a deflection \[m\], and hands over time and deflection at
@@ -108,23 +84,17 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
         let refused = |few| Failure::refused(few, span.start, Vector1::new(deflection));
         Named("samples", samples).count(2).map_err(refused)?;
         let mut run = self.begin(contact, velocity, span.clone(), deflection)?;
-        let last = samples - 1;
-        let spacing = (span.end - span.start) / lit(last as f64);
-        let time_of = |index: usize| {
-            if index == last { span.end } else { span.start + spacing * lit(index as f64) }
-        };
+        let spacing = (span.end - span.start) / lit((samples - 1) as f64);
+        let time = |index: usize| span.start + spacing * lit(index as f64);
+        let mut times = (1..samples - 1).map(time).chain([span.end]).peekable();
         observer(span.start, deflection);
-        let mut index = 1;
         while let Some(step) = run.advance()? {
-            while index <= last && time_of(index) <= step.end_time() {
-                observer(time_of(index), step.at(time_of(index)));
-                index += 1;
+            while let Some(time) = times.next_if(|&time| time <= step.end_time()) {
+                observer(time, step.at(time));
             }
         }
         // A span of no length has no steps.
-        for index in index..=last {
-            observer(time_of(index), run.deflection());
-        }
+        times.for_each(|time| observer(time, run.deflection()));
         Ok(run.statistics())
     }
 }

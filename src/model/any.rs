@@ -123,10 +123,6 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
         limits(fastest: T) -> Limits<T>;
         characteristics(fastest: T) -> Option<Characteristics<T>>;
         #[inline]
-        rate(surface: impl Into<Surface<T>>, deflection: T) -> T;
-        #[inline]
-        coefficient(surface: impl Into<Surface<T>>, deflection: T) -> T;
-        #[inline]
         linearised(surface: impl Into<Surface<T>>, deflection: T) -> Linearised<T>;
         steady_linearised(surface: impl Into<Surface<T>>) -> Linearised<T>;
         #[inline]

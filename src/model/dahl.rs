@@ -2,7 +2,7 @@
 
 use super::{Affine, Characteristics, Form, Law, Limits, finite};
 use crate::curve::Coulomb;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::rheology::ElementBounds;
 use crate::{Bounds, Bristle, Scalar, Surface};
 
@@ -27,7 +27,7 @@ pub struct DahlParameters<T> {
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
-/// | F, P | friction force (positive against v > 0); reference load, the normal force p if that is constant | N |
+/// | F, P | friction force, positive against v > 0; reference load, p if constant | N |
 /// | μ_d | friction coefficient of sliding, at every speed | – |
 /// | σ0 | normalised micro-stiffness | 1/m |
 ///
@@ -62,7 +62,7 @@ impl<T: Scalar> Dahl<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn new(parameters: DahlParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: DahlParameters<T>) -> Checked<Self> {
         let dynamic = Named("dynamic_coefficient", parameters.dynamic_coefficient).positive()?;
         let stiffness = Named("micro_stiffness", parameters.micro_stiffness).positive()?;
         Ok(Self { dynamic, stiffness, relaxation_per_speed: stiffness / dynamic })

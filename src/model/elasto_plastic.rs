@@ -3,7 +3,7 @@
 use super::frbd::{Series, inverse_resistance};
 use super::{Affine, Characteristics, FrBd, Law, Limits, Linearised};
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
 use crate::scalar::is_zero;
@@ -73,7 +73,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ElastoPlastic<C, KelvinVoigt<T>, Unregulari
     ///
     /// Refuses a stick limit that is not positive or not below min μ/σ0.
     #[doc(alias = "breakaway")]
-    pub fn new(curve: C, rheology: KelvinVoigt<T>, stick_limit: T) -> Result<Self, ParameterError> {
+    pub fn new(curve: C, rheology: KelvinVoigt<T>, stick_limit: T) -> Checked<Self> {
         Named("stick_limit", stick_limit).positive()?;
         let least = curve.bounds(T::unlimited()).min / rheology.storage_stiffness();
         Named("stick_limit", stick_limit).below("min μ/σ0", least)?;
@@ -110,12 +110,7 @@ impl<T: Scalar, C, R, E> ElastoPlastic<C, R, E, T> {
     }
 }
 
-impl<T, C, E> ElastoPlastic<C, KelvinVoigt<T>, E, T>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ElastoPlastic<C, KelvinVoigt<T>, E, T> {
     /// The plasticity α \[–\] at a state: 0 for an elastic bristle, 1 for one that slides as
     /// FrBD's.
     #[doc(alias = "alpha")]

@@ -28,7 +28,7 @@ use crate::{Bristle, Scalar, Sliding, Surface};
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
-/// | F, P, p | friction force (positive against v > 0); reference load; normal force, P if constant | N |
+/// | F, P, p | friction force, positive against v > 0; reference load; normal force | N |
 /// | μ(v) | friction curve, viscous part σ2\|v\| included | – |
 /// | σ0, σ1 | normalised micro-stiffness and micro-damping | 1/m, s/m |
 /// | \|v\|_ε | regularised modulus of the velocity, see [`Regularisation`] | m/s |

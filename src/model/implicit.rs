@@ -7,7 +7,7 @@ use solve::{Tip, UnderTip};
 
 use super::{Affine, Form, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
 use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Scalar, Surface};
@@ -24,7 +24,7 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v, v_s = v − ż | velocity of the body, sliding velocity of the bristle's tip | m/s |
-/// | F, P, p | friction force (positive against v > 0); reference load; normal force, P if constant | N |
+/// | F, P, p | friction force, positive against v > 0; reference load; normal force | N |
 /// | e = σ0 z + σ1 v | trial coefficient: what the bristle would carry if it stuck | – |
 /// | μ | friction curve, viscous part σ2\|v\| included | – |
 /// | σ0, σ1 | normalised micro-stiffness and micro-damping | 1/m, s/m |
@@ -123,7 +123,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     /// Refuses σ1 + σ2 = 0, for which fast sliding could carry no more than slow; a curve that
     /// falls as steeply as σ1 or more (the value is σ1 + min dμ/d|v|), and one whose steepest fall
     /// is not known (the value is NaN).
-    pub fn new(curve: C, rheology: KelvinVoigt<T>) -> Result<Self, ParameterError> {
+    pub fn new(curve: C, rheology: KelvinVoigt<T>) -> Checked<Self> {
         let damping = rheology.elements(Branch::Forward.of(T::zero())).damping;
         let viscous = curve.viscous_friction();
         Named("micro_damping + viscous_friction", damping + viscous).positive()?;

@@ -4,7 +4,7 @@ use super::affine::forwards;
 use super::frbd::{Series, inverse_resistance};
 use super::{Affine, Characteristics, Form, FrBd, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, HeldWeights, KelvinVoigt};
 use crate::scalar::{is_zero, lit};
@@ -22,10 +22,10 @@ use crate::{Bristle, Scalar, Surface};
 /// |---|---|---|
 /// | z | bristle deflection, the state | m |
 /// | v | sliding velocity of the body, the input | m/s |
-/// | F, P | friction force (positive against v > 0); reference load, the normal force p if that is constant | N |
-/// | g(v) | friction curve inside the bristle: less its viscous part in [`LuGre::classical`], else as given | – |
+/// | F, P | friction force, positive against v > 0; reference load, p if constant | N |
+/// | g(v) | friction curve inside the bristle, in [`LuGre::classical`] without viscous part | – |
 /// | σ0, σ1 | normalised micro-stiffness, micro-damping | 1/m, s/m |
-/// | σ2 | viscous friction outside g: the part taken out of the curve, or a number of its own | s/m |
+/// | σ2 | viscous friction outside g: taken out of the curve, or a number of its own | s/m |
 /// | \|v\|_ε | regularised modulus of the velocity | m/s |
 ///
 /// Steady sliding is F = p (g(v) sgn_ε(v) + σ2 v), with sgn_ε(v) = v/|v|_ε. Under a friction scale
@@ -36,9 +36,13 @@ use crate::{Bristle, Scalar, Surface};
 ///
 /// | constructor | take it if |
 /// |---|---|
-/// | [`LuGre::classical`] | the model is as published: the viscous part σ2\|v\| of the curve is taken out of g and stands outside as σ2 v |
-/// | [`LuGre::with_viscous_friction`] | you state σ2 apart from the curve, which is g as it is; σ2 = 0 and a curve with its viscous part is the variant with that part inside g |
-/// | [`LuGre::of_frbd`] | you have an FrBD model, with its regularisation. It checks nothing and cannot fail: for a loop that builds a model in each pass, from numbers checked once |
+/// | [`LuGre::classical`] | as published: the σ2\|v\| of the curve stands outside g, as σ2 v |
+/// | [`LuGre::with_viscous_friction`] | you state σ2 apart from the curve, which is g as it is |
+/// | [`LuGre::of_frbd`] | you have an FrBD model, with its regularisation |
+///
+/// With σ2 = 0 the second is the variant with the viscous part of the curve inside g. The third
+/// checks nothing and cannot fail: for a loop that builds a model in each pass, from numbers that
+/// were checked once.
 ///
 /// # Laws
 ///
@@ -98,7 +102,7 @@ impl<T: Scalar, C: FrictionCurve<T>> LuGre<C, KelvinVoigt<T>, Unregularised, T> 
         curve: C,
         rheology: KelvinVoigt<T>,
         viscous_friction: T,
-    ) -> Result<Self, ParameterError> {
+    ) -> Checked<Self> {
         let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
         Ok(Self { frbd: FrBd::new(curve, rheology), viscous })
     }
@@ -146,11 +150,7 @@ impl<T: Scalar, C, R, E> LuGre<C, R, E, T> {
     }
 }
 
-impl<T: Scalar, C, E> LuGre<C, KelvinVoigt<T>, E, T>
-where
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> LuGre<C, KelvinVoigt<T>, E, T> {
     /// The viscous friction σ2 [s/m] of the term σ2 v outside g; zero for the variant with the
     /// viscous part inside.
     #[doc(alias = "sigma2")]

@@ -26,7 +26,7 @@ pub use lugre::LuGre;
 #[cfg(feature = "alloc")]
 pub use own::OwnModel;
 
-use crate::parameter::ParameterError;
+use crate::parameter::Checked;
 use crate::rheology::Deflection;
 use crate::scalar::{is_zero, lit};
 use crate::{Contact, LoadChange, Scalar, Surface};
@@ -53,7 +53,7 @@ use crate::{Contact, LoadChange, Scalar, Surface};
 /// | [`LuGre`] | its parameters or figures are given; it can create energy at high speed |
 /// | [`Dahl`] | two parameters are all you have: friction that does not fall with the speed |
 /// | [`ElastoPlastic`] | a force that varies below breakaway must not move the body |
-/// | [`ImplicitBristle`] | you study the force balance that FrBD linearises, at several times the cost |
+/// | [`ImplicitBristle`] | you study the force balance itself, at several times the cost |
 /// | [`AnyBristle`] | the choice is made at run time |
 ///
 /// # Velocity, scale and branch
@@ -332,7 +332,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite.
-    fn under_load(self, normal_force: T) -> Result<Contact<T, Self>, ParameterError> {
+    fn under_load(self, normal_force: T) -> Checked<Contact<T, Self>> {
         Contact::new(self, normal_force)
     }
 }

@@ -3,13 +3,12 @@
 use core::fmt;
 use core::str::FromStr;
 
-use nalgebra::SMatrix;
-
 use super::automatic::Alternating;
 use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
 use super::rosenbrock::Rosenbrock;
-use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
+use super::stepper::{Field, OneStep, Point, Stepper, TrialStep, as_the_one_at_work};
+use super::storage::States;
 use super::tolerance::ToleranceRange;
 use super::{Automatic, DormandPrince, DormandPrince8, Rodas4, Rodas5P, RungeKutta4};
 use crate::Scalar;
@@ -91,17 +90,21 @@ impl FromStr for AnyMethod {
     }
 }
 
-impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
-    type Stepper = AnyStepper<T, N>;
+impl<T: Scalar, V: States<T>> OneStep<T, V> for AnyMethod {
+    type Stepper = AnyStepper<T, V>;
 
-    fn stepper(&self, tolerance: f64) -> Self::Stepper {
+    fn stepper(&self, tolerance: f64, state: &V) -> Self::Stepper {
         match self {
-            Self::Automatic => AnyStepper::Automatic(Automatic.stepper(tolerance)),
-            Self::DormandPrince => AnyStepper::DormandPrince(DormandPrince.stepper(tolerance)),
-            Self::DormandPrince8 => AnyStepper::DormandPrince8(DormandPrince8.stepper(tolerance)),
-            Self::Rodas4 => AnyStepper::Rodas4(Rodas4.stepper(tolerance)),
-            Self::Rodas5P => AnyStepper::Rodas5P(Rodas5P.stepper(tolerance)),
-            Self::RungeKutta4 => AnyStepper::RungeKutta4(RungeKutta4.stepper(tolerance)),
+            Self::Automatic => AnyStepper::Automatic(Automatic.stepper(tolerance, state)),
+            Self::DormandPrince => {
+                AnyStepper::DormandPrince(DormandPrince.stepper(tolerance, state))
+            }
+            Self::DormandPrince8 => {
+                AnyStepper::DormandPrince8(DormandPrince8.stepper(tolerance, state))
+            }
+            Self::Rodas4 => AnyStepper::Rodas4(Rodas4.stepper(tolerance, state)),
+            Self::Rodas5P => AnyStepper::Rodas5P(Rodas5P.stepper(tolerance, state)),
+            Self::RungeKutta4 => AnyStepper::RungeKutta4(RungeKutta4.stepper(tolerance, state)),
         }
     }
 
@@ -125,73 +128,42 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
 /// The method at work.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "one for a run, on the stack")]
-pub(crate) enum AnyStepper<T: Scalar, const N: usize> {
-    Automatic(Alternating<T, N>),
-    DormandPrince(Explicit<DormandPrince, T, N, 7>),
-    DormandPrince8(Explicit<DormandPrince8, T, N, 16>),
-    Rodas4(Rosenbrock<Rodas4, T, N, 6>),
-    Rodas5P(Rosenbrock<Rodas5P, T, N, 8>),
-    RungeKutta4(Explicit<RungeKutta4, T, N, 5>),
+pub(crate) enum AnyStepper<T: Scalar, V: States<T>> {
+    Automatic(Alternating<T, V>),
+    DormandPrince(Explicit<DormandPrince, T, V, 7>),
+    DormandPrince8(Explicit<DormandPrince8, T, V, 16>),
+    Rodas4(Rosenbrock<Rodas4, T, V, 6>),
+    Rodas5P(Rosenbrock<Rodas5P, T, V, 8>),
+    RungeKutta4(Explicit<RungeKutta4, T, V, 5>),
 }
 
 /// Calls a function of the method at work.
 macro_rules! of_the_method {
-    ($self:ident, $stepper:ident => $answer:expr) => {
+    ($self:ident.$function:ident($($argument:expr),*)) => {
         match $self {
-            AnyStepper::Automatic($stepper) => $answer,
-            AnyStepper::DormandPrince($stepper) => $answer,
-            AnyStepper::DormandPrince8($stepper) => $answer,
-            AnyStepper::Rodas4($stepper) => $answer,
-            AnyStepper::Rodas5P($stepper) => $answer,
-            AnyStepper::RungeKutta4($stepper) => $answer,
+            AnyStepper::Automatic(stepper) => stepper.$function($($argument),*),
+            AnyStepper::DormandPrince(stepper) => stepper.$function($($argument),*),
+            AnyStepper::DormandPrince8(stepper) => stepper.$function($($argument),*),
+            AnyStepper::Rodas4(stepper) => stepper.$function($($argument),*),
+            AnyStepper::Rodas5P(stepper) => stepper.$function($($argument),*),
+            AnyStepper::RungeKutta4(stepper) => stepper.$function($($argument),*),
         }
     };
 }
 
-impl<T: Scalar, const N: usize> Stepper<T, N> for AnyStepper<T, N> {
-    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
-        of_the_method!(self, stepper => stepper.begin(field, point));
+impl<T: Scalar, V: States<T>> Stepper<T, V> for AnyStepper<T, V> {
+    fn begin<F: Field<T, V>>(&mut self, field: &mut F, point: &mut Point<T, V>) {
+        of_the_method!(self.begin(field, point));
     }
 
     #[inline]
-    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
-        of_the_method!(self, stepper => stepper.step(field, from, h))
+    fn step(&mut self, field: &mut impl Field<T, V>, from: &Point<T, V>, h: T) -> TrialStep<T, V> {
+        of_the_method!(self.step(field, from, h))
     }
 
-    #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
-        of_the_method!(self, stepper => stepper.arrive(field, end));
-    }
+    as_the_one_at_work!(of_the_method);
 
-    #[inline]
-    fn represents_growth(&self) -> bool {
-        of_the_method!(self, stepper => stepper.represents_growth())
-    }
-
-    #[inline]
-    fn jacobians_of_step<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> [SMatrix<T, N, N>; 2] {
-        of_the_method!(self, stepper => stepper.jacobians_of_step(field, from, end))
-    }
-
-    fn stability(&self) -> &'static [f64] {
-        of_the_method!(self, stepper => stepper.stability())
-    }
-
-    fn dense_output<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> DenseOutput<T, N> {
-        of_the_method!(self, stepper => stepper.dense_output(field, from, end))
-    }
-
-    fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
-        of_the_method!(self, stepper => stepper.accepted(step, end, proposed))
+    fn accepted(&mut self, step: T, end: &Point<T, V>, proposed: Option<T>) -> Option<T> {
+        of_the_method!(self.accepted(step, end, proposed))
     }
 }

@@ -17,13 +17,12 @@
 //! Source of the first: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd
 //! edition (Springer, 1996), section IV.2.
 
-use nalgebra::SMatrix;
-
 use super::dense_output::DenseOutput;
 use super::explicit::{Explicit, ExplicitTableau, serves};
-use super::growth::{MANY, trace_of_square};
+use super::growth::{LARGE, MANY, trace, trace_of_square};
 use super::rosenbrock::Rosenbrock;
-use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
+use super::stepper::{Field, OneStep, Point, Stepper, TrialStep, as_the_one_at_work};
+use super::storage::{Entries, States, product};
 use super::tolerance::ToleranceRange;
 use super::{DormandPrince, DormandPrince8, Rodas5P};
 use crate::Scalar;
@@ -31,20 +30,21 @@ use crate::scalar::{lit, to_f64};
 
 /// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. For a
 /// single state, as of a bristle at a given velocity, and loose steps, [`DormandPrince`] is the
-/// explicit one.
+/// explicit one. With more than 400 states it is `DormandPrince8` alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Automatic;
 
-impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
-    type Stepper = Alternating<T, N>;
+impl<T: Scalar, V: States<T>> OneStep<T, V> for Automatic {
+    type Stepper = Alternating<T, V>;
 
-    fn stepper(&self, tolerance: f64) -> Self::Stepper {
+    fn stepper(&self, tolerance: f64, state: &V) -> Self::Stepper {
+        let states = state.count();
         Alternating {
-            eighth: Explicit::new(),
-            fifth: Explicit::new(),
-            rosenbrock: Rosenbrock::new(),
-            explicit: if N == 1 && tolerance > FIFTH { Turn::Fifth } else { Turn::Eighth },
-            turn: Turn::Rosenbrock,
+            eighth: Explicit::new(state),
+            fifth: Explicit::new(state),
+            rosenbrock: Rosenbrock::new(state),
+            explicit: if states == 1 && tolerance > FIFTH { Turn::Fifth } else { Turn::Eighth },
+            turn: if states > LARGE { Turn::Eighth } else { Turn::Rosenbrock },
             is_new: false,
             since: 0,
             votes: 0,
@@ -59,10 +59,10 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
 
 /// An explicit and a Rosenbrock method that take turns.
 #[derive(Debug, Clone)]
-pub(crate) struct Alternating<T: Scalar, const N: usize> {
-    eighth: Explicit<DormandPrince8, T, N, 16>,
-    fifth: Explicit<DormandPrince, T, N, 7>,
-    rosenbrock: Rosenbrock<Rodas5P, T, N, 8>,
+pub(crate) struct Alternating<T: Scalar, V: States<T>> {
+    eighth: Explicit<DormandPrince8, T, V, 16>,
+    fifth: Explicit<DormandPrince, T, V, 7>,
+    rosenbrock: Rosenbrock<Rodas5P, T, V, 8>,
     /// The explicit method of this run.
     explicit: Turn,
     /// The method whose turn it is.
@@ -130,21 +130,23 @@ const fn most_votes(states: usize) -> u32 {
 /// A turn of fewer steps of the dearer method was not worth the change.
 const SHORT: u32 = 12;
 
-impl<T: Scalar, const N: usize> Alternating<T, N> {
-    /// Counts a step that speaks for a change or against it. Answers whether to change.
-    fn vote(&mut self, for_change: bool) -> bool {
+impl<T: Scalar, V: States<T>> Alternating<T, V> {
+    /// Counts a step of so many states that speaks for a change or against it. Answers whether to
+    /// change.
+    fn vote(&mut self, states: usize, for_change: bool) -> bool {
         let is_explicit = self.turn != Turn::Rosenbrock;
-        let is_dear = is_explicit == (N < MANY);
+        let is_dear = is_explicit == (states < MANY);
         let needed = match is_dear {
             false => self.needed,
-            true => const { if N < MANY { VOTES } else { VOTES_OF_MANY } },
+            true if states < MANY => VOTES,
+            true => VOTES_OF_MANY,
         };
         self.votes = if for_change { self.votes + 1 } else { 0 };
         if self.votes < needed {
             return false;
         }
         if is_dear {
-            let more = (self.needed * 2).min(const { most_votes(N) });
+            let more = (self.needed * 2).min(most_votes(states));
             self.needed = if self.since > SHORT { VOTES } else { more };
         }
         self.eighth.forget();
@@ -156,71 +158,46 @@ impl<T: Scalar, const N: usize> Alternating<T, N> {
     }
 }
 
-impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
-    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+impl<T: Scalar, V: States<T>> Stepper<T, V> for Alternating<T, V> {
+    fn begin<F: Field<T, V>>(&mut self, field: &mut F, point: &mut Point<T, V>) {
         self.is_new = false;
         at_work!(self.begin(field, point));
     }
 
     #[inline]
-    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
+    fn step(&mut self, field: &mut impl Field<T, V>, from: &Point<T, V>, h: T) -> TrialStep<T, V> {
         if self.is_new {
             self.begin(field, &mut from.clone());
         }
         at_work!(self.step(field, from, h))
     }
 
-    #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
-        at_work!(self.arrive(field, end));
-    }
+    as_the_one_at_work!(at_work);
 
-    #[inline]
-    fn represents_growth(&self) -> bool {
-        at_work!(self.represents_growth())
-    }
-
-    #[inline]
-    fn jacobians_of_step<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> [SMatrix<T, N, N>; 2] {
-        at_work!(self.jacobians_of_step(field, from, end))
-    }
-
-    fn stability(&self) -> &'static [f64] {
-        at_work!(self.stability())
-    }
-
-    fn dense_output<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> DenseOutput<T, N> {
-        at_work!(self.dense_output(field, from, end))
-    }
-
-    fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
+    fn accepted(&mut self, step: T, end: &Point<T, V>, proposed: Option<T>) -> Option<T> {
         self.since += 1;
+        let states = end.state.count();
+        if states > LARGE {
+            return self.eighth.accepted(step, end, proposed);
+        }
         let held = match self.turn {
             Turn::Fifth => Some(self.fifth.took_held(end, step)),
             Turn::Eighth => Some(self.eighth.took_held(end, step)),
             Turn::Rosenbrock => None,
         };
         if let Some(held) = held {
-            self.vote(held);
+            self.vote(states, held);
             return proposed;
         }
         self.rosenbrock.accepted(step, end, proposed);
         // Fixed steps stay with the method that is stable at any length.
         let proposed = proposed?;
         let length = step.abs();
-        let easy = const { easy(N) };
-        let reach = spectral_radius(&(self.rosenbrock.jacobian() * length), easy);
-        if !self.vote(reach < easy) {
+        let easy = easy(states);
+        let mut growth = self.rosenbrock.jacobian().clone();
+        growth.entries_mut().iter_mut().for_each(|entry| *entry *= length);
+        let reach = spectral_radius(states, &growth, easy);
+        if !self.vote(states, reach < easy) {
             return Some(proposed);
         }
         let reach = if reach > 0.01 { reach } else { 0.01 };
@@ -235,18 +212,19 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
 /// The largest magnitude of an eigenvalue, within about ten percent, and by k^(1/16) too large if k
 /// are equal; infinite beyond about 10²⁰, and where traces of lower powers already show that it is
 /// larger than a limit.
-fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>, limit: f64) -> f64 {
-    let traces = |power: &SMatrix<T, N, N>| {
-        [power.trace(), trace_of_square(power)].map(|trace| to_f64(trace).abs())
+fn spectral_radius<T: Scalar, A: Entries<T>>(states: usize, matrix: &A, limit: f64) -> f64 {
+    let traces = |power: &A| {
+        [trace(states, power.entries()), trace_of_square(states, power.entries())]
+            .map(|trace| to_f64(trace).abs())
     };
-    let (mut power, mut most) = (*matrix, limit);
+    let (mut power, mut most) = (matrix.clone(), limit);
     for _ in 0..4 {
         // Each eigenvalue within the limit adds its power at most.
         let [first, second] = traces(&power);
-        if first > most * N as f64 || second > most * most * N as f64 {
+        if first > most * states as f64 || second > most * most * states as f64 {
             return f64::INFINITY;
         }
-        power = power * power;
+        power = product(states, power.entries(), &power);
         most *= most;
     }
     let root = |size: f64, exponent: f64| {
@@ -263,15 +241,15 @@ fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>, limit: 
 #[cfg(test)]
 mod tests {
     use super::super::stepper::{Linear, OneStep, Point, Stepper};
-    use super::{Alternating, Automatic, Turn, spectral_radius};
+    use super::{Automatic, Turn, spectral_radius};
     use crate::Scalar;
     use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
 
     /// The turn after some steps of a length on ẋ = −x, beginning with the Rosenbrock method, and
     /// the lengths proposed where the controller would take 100.
     fn steps<const N: usize, const C: usize>(length: f64) -> (Turn, [f64; C]) {
-        let mut stepper: Alternating<f64, N> = Automatic.stepper(0.0);
-        let (ones, decay) = (SVector::repeat(1.0), -SMatrix::identity());
+        let (ones, decay) = (SVector::<f64, N>::repeat(1.0), -SMatrix::identity());
+        let mut stepper = Automatic.stepper(0.0, &ones);
         let mut field = Linear(&decay);
         let mut from = Point { time: 0.0, state: ones, rate: -ones, scale: ones };
         stepper.begin(&mut field, &mut from);
@@ -308,10 +286,10 @@ mod tests {
     #[test]
     fn the_spectral_radius_is_found_in_any_units() {
         fn radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>) -> f64 {
-            let found = spectral_radius(matrix, f64::INFINITY);
+            let found = spectral_radius(N, matrix, f64::INFINITY);
             // A limit of more changes nothing, one of a little less may end the search.
-            assert!(spectral_radius(matrix, 1.13 * found) == found, "{matrix}");
-            assert!(spectral_radius(matrix, 0.8 * found) >= found, "{matrix}");
+            assert!(spectral_radius(N, matrix, 1.13 * found) == found, "{matrix}");
+            assert!(spectral_radius(N, matrix, 0.8 * found) >= found, "{matrix}");
             found
         }
         let close =
@@ -329,7 +307,7 @@ mod tests {
         close(radius(&oscillator(1e-9)), 100.0);
         assert!(radius(&Matrix2::<f32>::new(1e30, 0.0, 0.0, 1.0)).is_infinite());
         // Beyond a limit by tr A, and by tr A².
-        assert!(spectral_radius(&Matrix2::<f64>::new(5.0, 0.0, 0.0, 4.0), 4.0).is_infinite());
-        assert!(spectral_radius(&Matrix2::<f64>::new(5.0, 0.0, 0.0, -4.0), 4.0).is_infinite());
+        assert!(spectral_radius(2, &Matrix2::<f64>::new(5.0, 0.0, 0.0, 4.0), 4.0).is_infinite());
+        assert!(spectral_radius(2, &Matrix2::<f64>::new(5.0, 0.0, 0.0, -4.0), 4.0).is_infinite());
     }
 }

@@ -8,8 +8,9 @@
 //! Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd
 //! edition (Springer, 1993), section II.6.
 
-use nalgebra::SVector;
+use core::marker::PhantomData;
 
+use super::storage::{States, slices};
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -21,64 +22,74 @@ const LAST: f64 = 6912.0 / 823_543.0;
 
 /// The dense output of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct DenseOutput<T, const N: usize> {
-    start: SVector<T, N>,
-    terms: [SVector<T, N>; MOST_TERMS],
+pub(crate) struct DenseOutput<T, V> {
+    start: V,
+    terms: [V; MOST_TERMS],
     /// Number of terms in use.
     count: u8,
+    scalar: PhantomData<T>,
 }
 
-impl<T: Scalar, const N: usize> DenseOutput<T, N> {
-    /// The polynomial from a state with the terms q₀, q₁, …, at most seven.
+impl<T: Scalar, V: States<T>> DenseOutput<T, V> {
+    /// The polynomial from a state with the terms q₀, q₁, q₂.
     #[inline(always)]
-    pub(super) fn new(start: SVector<T, N>, terms: &[SVector<T, N>]) -> Self {
-        Self { start, terms: [SVector::zeros(); MOST_TERMS], count: 0 }.with(terms)
+    pub(super) fn new(start: V, [q0, q1, q2]: [V; 3]) -> Self {
+        let none = || V::filled(0, T::zero());
+        Self {
+            start,
+            terms: [q0, q1, q2, none(), none(), none(), none()],
+            count: 3,
+            scalar: PhantomData,
+        }
     }
 
-    /// The polynomial with some further terms.
+    /// Adds a further term, the seventh at most.
     #[inline(always)]
-    pub(super) fn with(mut self, further: &[SVector<T, N>]) -> Self {
-        for (place, term) in self.terms.iter_mut().skip(usize::from(self.count)).zip(further) {
-            *place = *term;
+    pub(super) fn push(&mut self, further: V) {
+        if let Some(place) = self.terms.get_mut(usize::from(self.count)) {
+            *place = further;
+            self.count += 1;
         }
-        self.count += further.len() as u8;
-        self
     }
 
     /// The state at the start of the step.
-    pub(super) fn start(&self) -> &SVector<T, N> {
+    pub(super) fn start(&self) -> &V {
         &self.start
     }
 
     /// Whether every coefficient is finite.
     pub(super) fn is_finite(&self) -> bool {
-        let terms = self.terms.iter().take(usize::from(self.count));
-        terms.flatten().all(|value| value.is_finite())
+        self.terms.iter().take(usize::from(self.count)).all(V::is_finite)
     }
 
     /// The estimated error within the step, over the error allowed each state, if the degree is 7:
     /// its last term falls from the one before as the error falls from it.
-    pub(super) fn error(&self, allowed: &SVector<T, N>) -> T {
+    pub(super) fn error(&self, allowed: &V) -> T {
         let [.., before, last] = &self.terms;
         if usize::from(self.count) < MOST_TERMS {
             return T::zero();
         }
-        let size = |term: &SVector<T, N>| term.component_div(allowed).amax();
-        let (before, last) = (size(before), size(last));
+        let (before, last) = (before.over(allowed), last.over(allowed));
         last * (last / before).smaller(T::one()) * lit(LAST)
     }
 
     /// The state at a fraction of the step, 0 at its start and 1 at its end.
     #[inline]
-    pub(super) fn at(&self, fraction: T) -> SVector<T, N> {
+    pub(super) fn at(&self, fraction: T) -> V {
         let (part, rest) = (fraction, T::one() - fraction);
+        let states = self.start.count();
         let [q0, q1, q2, q3, q4, q5, q6] = &self.terms;
+        let [start, q0, q1, q2] = slices(states, [&self.start, q0, q1, q2]);
+        let outer = |i: usize, inner: T| start[i] + (q0[i] + (q1[i] + inner * part) * rest) * part;
         // Written out for the degrees that occur: output-heavy runs spend their time here.
-        let inner = match self.count {
-            0..=3 => *q2,
-            4 => q2 + q3 * rest,
-            _ => q2 + (q3 + (q4 + (q5 + q6 * part) * rest) * part) * rest,
-        };
-        self.start + (q0 + (q1 + inner * part) * rest) * part
+        match self.count {
+            0..=3 => self.start.like(|i| outer(i, q2[i])),
+            4 => self.start.like(|i| outer(i, q2[i] + q3[i] * rest)),
+            _ => {
+                let [q3, q4, q5, q6] = slices(states, [q3, q4, q5, q6]);
+                let inner = |i: usize| (q4[i] + (q5[i] + q6[i] * part) * rest) * part;
+                self.start.like(|i| outer(i, q2[i] + (q3[i] + inner(i)) * rest))
+            }
+        }
     }
 }

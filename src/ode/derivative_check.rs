@@ -7,10 +7,11 @@
 //! x + d, so only one that fails again and again, at other points along other directions, is
 //! refused.
 
-use super::System;
 use super::failure::StopReason;
 use super::integration::Integration;
-use super::stepper::Method;
+use super::stepper::OneStep;
+use super::storage::{Entries, States};
+use super::system::Equations;
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -43,8 +44,8 @@ impl DerivativeCheck {
     }
 }
 
-impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
-    Integration<'_, T, S, M, N, K>
+impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, K>
+    Integration<'_, T, V, S, M, K>
 {
     /// Looks at the derivatives after steps 1, 2, 4, 8 and so on, and at once again where they
     /// fail. Not where no method has asked for them.
@@ -72,24 +73,24 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     /// The first component whose derivatives are not what a difference shows.
     #[cold]
     fn wrong_derivative(&mut self) -> Option<usize> {
-        let (time, state, branches) = (self.point.time, self.point.state, self.branches());
-        let tangent = self.system.linearised(time, &state, branches)?;
+        let (time, state) = (self.point.time, self.point.state.clone());
+        let tangent = self.system.tangent(time, &state, &self.branches)?;
         let part = T::default_epsilon().sqrt();
-        let mut beside = state;
-        for i in 0..N {
+        let (mut beside, states) = (state.clone(), state.count());
+        for i in 0..states {
             let size = self.scales[i].abs().larger(state[i].abs());
             beside[i] += size * part * self.derivatives.number::<T>();
         }
-        let apart = beside - state;
-        let change = self.evaluate(time, &beside) - self.evaluate(time, &state);
-        (0..N).find(|&i| {
+        let (changed, rate) = (self.evaluate(time, &beside), self.evaluate(time, &state));
+        (0..states).find(|&i| {
             let (mut along, mut terms) = (T::zero(), T::zero());
-            for j in 0..N {
-                let term = tangent.by_state[(i, j)] * apart[j];
+            for j in 0..states {
+                let entry = tangent.by_state.entries()[j * states + i];
+                let term = entry * (beside[j] - state[j]);
                 (along, terms) = (along + term, terms + term.abs());
             }
             let rounding = T::default_epsilon() * lit(CANCELLED) * tangent.rate[i].abs();
-            let off = (along - change[i]).abs();
+            let off = (along - (changed[i] - rate[i])).abs();
             off.is_finite() && off > terms * lit(PART) + rounding
         })
     }

@@ -9,17 +9,18 @@
 
 use super::explicit::{Explicit, ExplicitTableau};
 use super::stepper::OneStep;
+use super::storage::States;
 use crate::Scalar;
 
 /// The Dormand–Prince method of order 5(4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DormandPrince;
 
-impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince {
-    type Stepper = Explicit<Self, T, N, 7>;
+impl<T: Scalar, V: States<T>> OneStep<T, V> for DormandPrince {
+    type Stepper = Explicit<Self, T, V, 7>;
 
-    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
-        Explicit::new()
+    fn stepper(&self, _tolerance: f64, state: &V) -> Self::Stepper {
+        Explicit::new(state)
     }
 }
 

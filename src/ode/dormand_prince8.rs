@@ -12,17 +12,18 @@
 
 use super::explicit::{Explicit, ExplicitTableau};
 use super::stepper::OneStep;
+use super::storage::States;
 use crate::Scalar;
 
 /// The Dormand–Prince method of order 8(5,3), for tight tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DormandPrince8;
 
-impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince8 {
-    type Stepper = Explicit<Self, T, N, 16>;
+impl<T: Scalar, V: States<T>> OneStep<T, V> for DormandPrince8 {
+    type Stepper = Explicit<Self, T, V, 16>;
 
-    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
-        Explicit::new()
+    fn stepper(&self, _tolerance: f64, state: &V) -> Self::Stepper {
+        Explicit::new(state)
     }
 }
 
@@ -175,7 +176,8 @@ mod tests {
         // ẋ = λ x over a step of 1: of the fast modes the curve knows nothing.
         for z in [-6.0, -5.0, -4.0, -3.0, -2.0, -1.0f64] {
             let rate = Matrix1::new(z);
-            let (mut stepper, mut field) = (DormandPrince8.stepper(0.0), Linear(&rate));
+            let (mut stepper, mut field) =
+                (DormandPrince8.stepper(0.0, &Vector1::zeros()), Linear(&rate));
             let one = Vector1::new(1.0);
             let mut from = Point { time: 0.0, state: one, rate: one, scale: one };
             stepper.begin(&mut field, &mut from);

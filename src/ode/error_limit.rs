@@ -3,13 +3,15 @@
 
 use nalgebra::ComplexField;
 
-use super::System;
 use super::controller::rough_power;
 use super::failure::StopReason;
-use super::growth::MANY;
+use super::growth::{LARGE, MANY};
 use super::integration::Integration;
-use super::locked::Interval;
-use super::stepper::{Method, Point, Stepper, TrialStep};
+use super::locked::{Interval, Locked};
+use super::stepper::{OneStep, Point, Stepper, TrialStep};
+use super::storage::{Entries, States, of_both, product};
+use super::system::Equations;
+use super::tolerance::Tolerances;
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
@@ -20,8 +22,8 @@ const HOPELESS: f64 = 1e4;
 /// part of the span, taken to be at least this.
 const LEAST_DONE: f64 = 0.1;
 
-impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
-    Integration<'_, T, S, M, N, K>
+impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, K>
+    Integration<'_, T, V, S, M, K>
 {
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
     /// Answers with a shorter step where this one does not follow what grows, passes over a kink or
@@ -30,8 +32,8 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     #[inline]
     pub(super) fn estimate(
         &mut self,
-        end: &Point<T, N>,
-        (trial, square): (&TrialStep<T, N>, f64),
+        end: &Point<T, V>,
+        (trial, square): (&TrialStep<T, V>, f64),
         (interval, is_cut): (Interval<T>, bool),
     ) -> Option<T> {
         let most = self.most_growth?;
@@ -47,28 +49,47 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
                 return shorter;
             }
         }
-        let (stepper, mut field, from) = self.parts(interval);
-        let jacobians = stepper.jacobians_of_step(&mut field, from, end);
-        let growth = (jacobians[0] + jacobians[1]) * (step * lit(0.5));
-        let tolerance = self.settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
+        let (stability, states) = (self.stepper.stability(), end.state.count());
+        let mut field = Locked {
+            system: self.system,
+            scales: &self.scales,
+            branches: &self.branches,
+            interval,
+            statistics: &mut self.progress.statistics,
+        };
+        let has_jacobian = states <= LARGE || stability.is_empty();
+        let jacobians =
+            has_jacobian.then(|| self.stepper.jacobians_of_step(&mut field, &self.point, end));
+        let half = step * lit(0.5);
+        let growth = jacobians.map(|[at, end]| of_both(at, end, |at, end| (at + end) * half));
+        let tolerance = self.settings.tolerances.as_ref().map_or(0.0, Tolerances::largest);
         if !is_cut {
-            let changes = [end.state - self.point.state, end.rate - self.point.rate];
-            let ends = if N < MANY { jacobians } else { [jacobians[0]; 2] };
-            let shorter = self.kinks.shorter(&ends, (step, changes), &end.scale);
-            if shorter.is_some() {
-                return shorter;
-            }
+            let change = |end: &V, start| end.with(start, |end, start| end - start);
+            let changes =
+                [change(&end.state, &self.point.state), change(&end.rate, &self.point.rate)];
+            let times = |x: &V| match jacobians {
+                Some([start, _]) => product(states, start.entries(), x),
+                None => field.along(&self.point, x, T::one()),
+            };
+            let ends = jacobians.filter(|_| states < MANY);
             let remaining = (self.progress.end_time - self.point.time).abs();
-            let follows = (trial.order, tolerance);
-            let shorter = self.seeds.shorter(&growth, (step.abs(), remaining), &end.scale, follows);
+            let (lengths, follows) = ((step.abs(), remaining), (trial.order, tolerance));
+            let shorter = self.kinks.shorter(ends, (step, changes), times, &end.scale);
+            let shorter = shorter
+                .or_else(|| self.seeds.shorter(growth.as_ref()?, lengths, &end.scale, follows));
             if shorter.is_some() {
                 return shorter;
             }
         }
         let part = self.settings.method.tolerance_range().part_of_estimate(tolerance, trial.order);
-        let stability = self.stepper.stability();
-        let errors = (trial, square * part * part, &self.kinks.missed());
-        self.growth.step((&growth, stability), errors, &end.scale);
+        let mut times = |x: &V| match &growth {
+            Some(growth) => product(states, growth.entries(), x),
+            None => field.along(&self.point, x, step),
+        };
+        let errors = (&self.kinks.missed(), &end.scale);
+        let carried = self.growth.carried((&mut times, growth.as_ref()), stability, errors);
+        let carried = (carried, growth.as_ref(), stability);
+        self.growth.step(carried, (trial, square * part * part), &end.scale);
         None
     }
 

@@ -2,9 +2,8 @@
 
 use core::fmt;
 
-use nalgebra::SVector;
-
 use super::step::Step;
+use super::storage::States;
 use crate::Scalar;
 use crate::root::enclose;
 use crate::scalar::lit;
@@ -38,16 +37,16 @@ pub enum Direction {
 /// A mass under friction passes zero velocity several times before it rests. To stop at rest, take
 /// its mechanical energy less a small limit, falling.
 #[derive(Clone, Copy)]
-pub struct Event<'a, T, const N: usize> {
+pub struct Event<'a, T, V> {
     /// The function g(t, x).
-    pub function: &'a dyn Fn(T, &SVector<T, N>) -> T,
+    pub function: &'a dyn Fn(T, &V) -> T,
     /// In which direction it has to pass zero.
     pub direction: Direction,
     /// Whether the run ends there. The event is reported in any case.
     pub stops: bool,
 }
 
-impl<T, const N: usize> fmt::Debug for Event<'_, T, N> {
+impl<T, V> fmt::Debug for Event<'_, T, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Event")
             .field("direction", &self.direction)
@@ -58,19 +57,19 @@ impl<T, const N: usize> fmt::Debug for Event<'_, T, N> {
 
 /// An event that happened, or a sliding direction that reversed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Occurrence<T, const N: usize> {
+pub struct Occurrence<T, V> {
     /// Which event, by its place in the list given to the run; which contact, by its place among
     /// the system's sliding velocities.
     pub index: usize,
     /// When \[s\].
     pub time: T,
     /// The state then.
-    pub state: SVector<T, N>,
+    pub state: V,
 }
 
-impl<T: Scalar, const N: usize> Event<'_, T, N> {
+impl<T: Scalar, V: States<T>> Event<'_, T, V> {
     /// The fractions of a step at which the event happens, at most one in each half.
-    pub(super) fn within(&self, step: &Step<T, N>) -> [Option<T>; 2] {
+    pub(super) fn within(&self, step: &Step<T, V>) -> [Option<T>; 2] {
         let half: T = lit(0.5);
         let at = |fraction: T| (self.function)(step.time_at(fraction), &step.at_fraction(fraction));
         let start = (T::zero(), (self.function)(step.start_time, step.start()));

@@ -18,11 +18,10 @@ use core::fmt::Debug;
 use core::marker::PhantomData;
 use core::ops::Range;
 
-use nalgebra::{SMatrix, SVector};
-
 use super::dense_output::DenseOutput;
 use super::growth::MANY;
 use super::stepper::{Field, Point, Stepper, TrialStep};
+use super::storage::{States, slices};
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -51,25 +50,33 @@ pub(crate) trait ExplicitTableau: Debug + Copy {
     const REAL_LIMIT: f64;
 }
 
-/// Σ wⱼ kⱼ over at most 16 vectors, with weights known when it is compiled: no zero is multiplied.
+/// Does something with each component of Σ wⱼ kⱼ over at most 16 vectors of so many states, with
+/// weights known when it is compiled: no zero is multiplied.
 macro_rules! combine {
-    ($k:expr, $weights:expr) => {
-        combine!(@ $k, $weights, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
+    ($k:expr, $weights:expr, $states:expr, |$place:ident, $sum:ident| $body:expr) => {
+        combine!(@ $k, $weights, $states, $place, $sum, $body, 0 a 1 b 2 c 3 d 4 e 5 f 6 g 7 h
+            8 i 9 j 10 k 11 l 12 m 13 n 14 o 15 p)
     };
-    (@ $k:expr, $weights:expr, $($j:literal)*) => {{
-        let mut sum = SVector::zeros();
-        for i in 0..N {
-            let mut component = None;
+    (
+        @ $k:expr, $weights:expr, $states:expr, $place:ident, $sum:ident, $body:expr,
+        $($j:literal $slice:ident)*
+    ) => {{
+        $(
+            let used = $j < S && const { entry($weights, $j) } != 0.0;
+            let $slice: &[T] = if used { &$k[$j].entries()[..$states] } else { &[] };
+        )*
+        for $place in 0..$states {
+            let mut sum = None;
             $(
                 let weight = const { entry($weights, $j) };
                 if $j < S && weight != 0.0 {
-                    let term = $k[$j][i] * lit(weight);
-                    component = Some(component.map_or(term, |sum: T| sum + term));
+                    let term = $slice[$place] * lit(weight);
+                    sum = Some(sum.map_or(term, |sum: T| sum + term));
                 }
             )*
-            sum[i] = component.unwrap_or(T::zero());
+            let $sum = sum.unwrap_or(T::zero());
+            $body;
         }
-        sum
     }};
 }
 pub(super) use combine;
@@ -108,14 +115,16 @@ const fn stability<const S: usize>(weights: &[&[f64]], stages: usize) -> [f64; S
 
 /// An explicit Runge–Kutta method with S stages, those of its dense output included.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
-    k: [SVector<T, N>; S],
+pub(crate) struct Explicit<B, T: Scalar, V: States<T>, const S: usize> {
+    k: [V; S],
     /// The state at which the last stage before the end was evaluated.
-    before_end: SVector<T, N>,
+    before_end: V,
+    /// The state at which the last one within the step was.
+    within: V,
     /// Of the last accepted step, and of the last trial.
     estimates: [Estimates<T>; 2],
     /// The Jacobians known last before the next step, and where the last trial ended.
-    jacobians: [Option<SMatrix<T, N, N>>; 2],
+    jacobians: [Option<V::Matrix>; 2],
     /// Steps that the first of them has served.
     served: usize,
     tableau: PhantomData<B>,
@@ -173,45 +182,37 @@ macro_rules! for_each_stage {
 }
 pub(super) use for_each_stage;
 
-impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, T, N, S> {
-    /// The state at which stage I is evaluated: x + h Σ aᵢⱼ kⱼ.
-    #[inline(always)]
-    fn state_at<const I: usize>(&self, from: &Point<T, N>, step: T) -> SVector<T, N> {
-        let mut state: SVector<T, N> = combine!(self.k, row(B::WEIGHTS, I));
-        for i in 0..N {
-            state[i] = from.state[i] + step * state[i];
-        }
-        state
-    }
-
-    /// Evaluates stage I if it belongs to the given range.
+impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T, V, S> {
+    /// Evaluates stage I at x + h Σ aᵢⱼ kⱼ if it belongs to the given range.
     #[inline(always)]
     fn stage<const I: usize>(
         &mut self,
-        field: &mut impl Field<T, N>,
-        from: &Point<T, N>,
+        field: &mut impl Field<T, V>,
+        from: &Point<T, V>,
         step: T,
         stages: Range<usize>,
     ) {
         if I < stages.start || I >= stages.end {
             return;
         }
-        let state = self.state_at::<I>(from, step);
-        if I + 1 == B::STAGES {
-            self.before_end = state;
-        }
-        self.k[I] = field.rate(from.time + step * lit(const { entry(B::TIMES, I) }), &state);
+        let state = if I < B::STAGES { &mut self.before_end } else { &mut self.within };
+        let count = state.count();
+        let [start] = slices(count, [&from.state]);
+        let end = &mut state.entries_mut()[..count];
+        combine!(self.k, row(B::WEIGHTS, I), count, |i, sum| end[i] = start[i] + step * sum);
+        let time = from.time + step * lit(const { entry(B::TIMES, I) });
+        field.rate_to(time, state, &mut self.k[I]);
     }
 
     /// Whether h|λ| of an accepted step exceeds a part of the stability limit, with |λ| from the
     /// last two stages: |f(x₁) − f(x̃)|/|x₁ − x̃|.
-    fn is_held_by_stability(&self, end: &Point<T, N>, step: T) -> bool {
-        let rates = self.k[B::STAGES] - self.k[B::STAGES - 1];
-        let states = end.state - self.before_end;
+    fn is_held_by_stability(&self, end: &Point<T, V>, step: T) -> bool {
+        let (rates, before) = (&self.k[B::STAGES], &self.k[B::STAGES - 1]);
         let (mut over, mut under) = (T::zero(), T::zero());
-        for i in 0..N {
+        for i in 0..rates.count() {
             let inverse = T::one() / end.scale[i];
-            let (rate, state) = (rates[i] * inverse, states[i] * inverse);
+            let rate = (rates[i] - before[i]) * inverse;
+            let state = (end.state[i] - self.before_end[i]) * inverse;
             over += rate * rate;
             under += state * state;
         }
@@ -221,7 +222,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
     }
 
     /// Keeps what an accepted step tells of the next. Answers whether stability holds it.
-    pub(super) fn took_held(&mut self, end: &Point<T, N>, step: T) -> bool {
+    pub(super) fn took_held(&mut self, end: &Point<T, V>, step: T) -> bool {
         self.took();
         self.is_held_by_stability(end, step)
     }
@@ -239,7 +240,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
     /// Forgets what the last step tells of the next.
     pub(super) fn forget(&mut self) {
         self.estimates[0] = Estimates::unknown();
-        self.jacobians = [None; 2];
+        self.jacobians = [None, None];
     }
 
     /// The finer of two errors, or more if the step before makes more likely; and whether the step
@@ -248,15 +249,9 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
     /// |e| may pass zero by chance, as it does in systems of one or two states, and the step would
     /// become far too long. |e|/|c| behaves as h², and may not fall by much more than that. If it
     /// rises far more, or falls while |c| rises, a kink lies in the step.
-    fn likely(
-        &mut self,
-        fine: SVector<T, N>,
-        coarse: &SVector<T, N>,
-        scale: &SVector<T, N>,
-        step: T,
-    ) -> (SVector<T, N>, bool) {
-        let square = |error: &SVector<T, N>| {
-            error.iter().zip(scale).fold(T::zero(), |sum, (&error, &scale)| {
+    fn likely(&mut self, fine: V, coarse: &V, scale: &V, step: T) -> (V, bool) {
+        let square = |error: &V| {
+            error.entries().iter().zip(scale.entries()).fold(T::zero(), |sum, (&error, &scale)| {
                 let ratio = error / scale;
                 sum + ratio * ratio
             })
@@ -269,99 +264,108 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         let is_known = expected > T::zero();
         self.estimates[1] = Estimates { step, ratio, coarse: of_coarse };
         if is_known && ratio > expected * lit(ROUGH * ROUGH) {
-            let times = ratio.sqrt().recip() * lit(KINK);
-            return (fine * times.larger(T::one()), true);
+            let times = ratio.sqrt().recip() * lit::<T>(KINK);
+            let times = times.larger(T::one());
+            return (fine.like(|i| fine[i] * times), true);
         }
         let most = before.coarse * longer.powi(2 * B::COARSE_ORDER) * lit(LEAP * LEAP);
         if is_known && ratio < expected && of_coarse > most {
-            return (coarse * lit::<T>(KINK), true);
+            return (coarse.like(|i| coarse[i] * lit(KINK)), true);
         }
         let least = expected * lit(CHANCE * CHANCE);
         if ratio < least {
             self.estimates[1].ratio = least;
-            return (coarse * least.sqrt(), false);
+            let part = least.sqrt();
+            return (coarse.like(|i| coarse[i] * part), false);
         }
         (fine, false)
     }
 }
 
-impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, T, N, S> {
+impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T, V, S> {
     /// The method at the start of a run.
-    pub(super) fn new() -> Self {
+    pub(super) fn new(state: &V) -> Self {
         const { assert!(B::WEIGHTS.len() == S && B::TIMES.len() == S && B::STAGES < S) };
+        let zero = || V::filled(state.count(), T::zero());
         Self {
-            k: [SVector::zeros(); S],
-            before_end: SVector::zeros(),
+            k: core::array::from_fn(|_| zero()),
+            before_end: zero(),
+            within: zero(),
             estimates: [Estimates::unknown(); 2],
-            jacobians: [None; 2],
+            jacobians: [None, None],
             served: 0,
             tableau: PhantomData,
         }
     }
 }
 
-impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
-    for Explicit<B, T, N, S>
+impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Stepper<T, V>
+    for Explicit<B, T, V, S>
 {
     const ESTIMATES_ERROR: bool = !B::ERROR.is_empty();
 
-    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+    fn begin<F: Field<T, V>>(&mut self, field: &mut F, point: &mut Point<T, V>) {
         self.forget();
-        point.rate = field.rate(point.time, &point.state);
+        field.rate_to(point.time, &point.state, &mut point.rate);
     }
 
     #[inline]
-    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
-        self.k[0] = from.rate;
+    fn step(&mut self, field: &mut impl Field<T, V>, from: &Point<T, V>, h: T) -> TrialStep<T, V> {
+        self.k[0].clone_from(&from.rate);
         for_each_stage!(self.stage(field, from, h, 1..B::STAGES));
-        let mut state: SVector<T, N> = combine!(self.k, row(B::WEIGHTS, B::STAGES));
-        for i in 0..N {
-            state[i] = from.state[i] + h * state[i];
-        }
+        let states = from.state.count();
+        let [start] = slices(states, [&from.state]);
+        let zero = || V::filled(states, T::zero());
+        let (mut state, mut error) = (zero(), zero());
+        let end = &mut state.entries_mut()[..states];
+        combine!(self.k, row(B::WEIGHTS, B::STAGES), states, |i, sum| end[i] = start[i] + h * sum);
         if B::ERROR.len() > B::STAGES {
-            self.k[B::STAGES] = field.rate(from.time + h, &state);
+            field.rate_to(from.time + h, &state, &mut self.k[B::STAGES]);
         }
-        let fine = combine!(self.k, B::ERROR) * h;
-        let (mut error, mut coarse_error) = (fine, None);
+        let fine = &mut error.entries_mut()[..states];
+        combine!(self.k, B::ERROR, states, |i, sum| fine[i] = sum * h);
+        let mut coarse_error = None;
         if !B::COARSE_ERROR.is_empty() {
-            let coarse = combine!(self.k, B::COARSE_ERROR) * h;
+            let mut coarse = zero();
+            let to = &mut coarse.entries_mut()[..states];
+            combine!(self.k, B::COARSE_ERROR, states, |i, sum| to[i] = sum * h);
             let is_rough;
-            (error, is_rough) = self.likely(fine, &coarse, &from.scale, h);
+            (error, is_rough) = self.likely(error, &coarse, &from.scale, h);
             coarse_error = Some(coarse).filter(|_| B::IS_MEAN && !is_rough);
         }
-        TrialStep { state, error, coarse_error, order: B::ERROR_ORDER }
+        TrialStep { state, error, coarse_error, order: B::ERROR_ORDER, scalar: PhantomData }
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+    fn arrive<F: Field<T, V>>(&mut self, field: &mut F, end: &mut Point<T, V>) {
         if B::ERROR.len() <= B::STAGES {
-            self.k[B::STAGES] = field.rate(end.time, &end.state);
+            field.rate_to(end.time, &end.state, &mut self.k[B::STAGES]);
         }
-        end.rate = self.k[B::STAGES];
+        end.rate.clone_from(&self.k[B::STAGES]);
     }
 
     #[inline]
-    fn jacobians_of_step<F: Field<T, N>>(
+    fn jacobians_of_step<F: Field<T, V>>(
         &mut self,
         field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> [SMatrix<T, N, N>; 2] {
+        from: &Point<T, V>,
+        end: &Point<T, V>,
+    ) -> [&V::Matrix; 2] {
         self.served += 1;
-        if self.served < const { serves(N) }
-            && let Some(known) = self.jacobians[0]
-        {
-            self.jacobians[1] = None;
-            return [known; 2];
+        let serves = serves(from.state.count());
+        let [at_start, at_end] = &mut self.jacobians;
+        if self.served < serves && at_start.is_some() {
+            *at_end = None;
+        } else {
+            self.served = 0;
+            *at_end = Some(field.jacobian(end));
         }
-        self.served = 0;
-        let at_end = field.jacobian(end);
-        let at_start = self.jacobians[0].unwrap_or_else(|| match const { serves(N) } {
-            1 => field.jacobian(from),
-            _ => at_end,
+        let at_end = at_end.as_ref();
+        let at_start = at_start.get_or_insert_with(|| match at_end {
+            Some(at_end) if serves > 1 => at_end.clone(),
+            _ => field.jacobian(from),
         });
-        self.jacobians = [Some(at_start), Some(at_end)];
-        [at_start, at_end]
+        [at_start, at_end.unwrap_or(at_start)]
     }
 
     fn stability(&self) -> &'static [f64] {
@@ -369,27 +373,32 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     }
 
     #[inline]
-    fn dense_output<F: Field<T, N>>(
+    fn dense_output<F: Field<T, V>>(
         &mut self,
         field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> DenseOutput<T, N> {
+        from: &Point<T, V>,
+        end: &Point<T, V>,
+    ) -> DenseOutput<T, V> {
         let step = end.time - from.time;
         for_each_stage!(self.stage(field, from, step, B::STAGES + 1..S));
-        let further: [SVector<T, N>; 4] = [
-            combine!(self.k, row(B::EXTENSION, 0)) * step,
-            combine!(self.k, row(B::EXTENSION, 1)) * step,
-            combine!(self.k, row(B::EXTENSION, 2)) * step,
-            combine!(self.k, row(B::EXTENSION, 3)) * step,
-        ];
-        let own = from.cubic_to(end).with(&further[..B::EXTENSION.len()]);
+        let (mut own, states) = (from.cubic_to(end), end.state.count());
+        macro_rules! extend {
+            ($($term:literal)*) => { $(
+                if $term < B::EXTENSION.len() {
+                    let mut term = V::filled(states, T::zero());
+                    let to = &mut term.entries_mut()[..states];
+                    combine!(self.k, row(B::EXTENSION, $term), states, |i, sum| to[i] = sum * step);
+                    own.push(term);
+                }
+            )* };
+        }
+        extend!(0 1 2 3);
         // A stage that serves the dense output alone may hit the pole beyond a reversal.
         if own.is_finite() { own } else { from.cubic_to(end) }
     }
 
     #[inline]
-    fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
+    fn accepted(&mut self, step: T, end: &Point<T, V>, proposed: Option<T>) -> Option<T> {
         self.took();
         let proposed = proposed?;
         // The further stages of a dense output enlarge fast motions that have died out.

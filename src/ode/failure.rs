@@ -2,9 +2,8 @@
 
 use core::fmt;
 
-use nalgebra::SVector;
-
 use super::Statistics;
+use super::storage::States;
 use crate::number::Number;
 use crate::{ParameterError, Scalar};
 
@@ -81,26 +80,22 @@ pub enum StopReason {
 
 /// A run that ended before its time: why, when and where.
 #[derive(Clone, PartialEq)]
-pub struct Failure<T, const N: usize> {
+pub struct Failure<T: Scalar, V: States<T>> {
     /// Why it stopped.
     pub reason: StopReason,
     /// The last time reached \[s\].
     pub time: T,
     /// The state there.
-    pub state: SVector<T, N>,
+    pub state: V,
     /// Counts of its steps and evaluations.
     pub statistics: Statistics,
     /// The trajectory until then, of a run that stores its solution.
     #[cfg(feature = "alloc")]
-    pub trajectory: Option<alloc::boxed::Box<super::Trajectory<T, N>>>,
+    pub trajectory: Option<alloc::boxed::Box<super::trajectory::Trajectory<T, V>>>,
 }
 
-impl<T, const N: usize> Failure<T, N> {
-    pub(crate) fn new(
-        reason: StopReason,
-        (time, state): (T, SVector<T, N>),
-        statistics: Statistics,
-    ) -> Self {
+impl<T: Scalar, V: States<T>> Failure<T, V> {
+    pub(crate) fn new(reason: StopReason, (time, state): (T, V), statistics: Statistics) -> Self {
         #[cfg(feature = "alloc")]
         return Self { reason, time, state, statistics, trajectory: None };
         #[cfg(not(feature = "alloc"))]
@@ -108,12 +103,12 @@ impl<T, const N: usize> Failure<T, N> {
     }
 
     /// A run that did not start.
-    pub(crate) fn refused(error: ParameterError, time: T, state: SVector<T, N>) -> Self {
+    pub(crate) fn refused(error: ParameterError, time: T, state: V) -> Self {
         Self::new(StopReason::Refused(error), (time, state), Statistics::default())
     }
 }
 
-impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
+impl<T: Scalar, V: States<T>> fmt::Display for Failure<T, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.reason {
             StopReason::Refused(refused) => write!(f, "the integration did not start: {refused}"),
@@ -124,7 +119,7 @@ impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
 
 /// Says why in words, because `main` prints an error in this way, and of a trajectory how long it
 /// is.
-impl<T: Scalar, const N: usize> fmt::Debug for Failure<T, N> {
+impl<T: Scalar, V: States<T>> fmt::Debug for Failure<T, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut debug = f.debug_struct("Failure");
         debug.field("why", &format_args!("{self}")).field("state", &self.state);
@@ -137,7 +132,7 @@ impl<T: Scalar, const N: usize> fmt::Debug for Failure<T, N> {
     }
 }
 
-impl<T: Scalar, const N: usize> core::error::Error for Failure<T, N> {
+impl<T: Scalar, V: States<T>> core::error::Error for Failure<T, V> {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         Some(&self.reason)
     }

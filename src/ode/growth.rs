@@ -22,15 +22,21 @@
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.3.
 
-use nalgebra::{SMatrix, SVector};
+use core::marker::PhantomData;
 
 use super::stepper::TrialStep;
+use super::storage::{Entries, States, columns, eliminate, product, substitute};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
 /// From so many states on what costs as their square or cube decides: products with a vector are
 /// cheaper than factors of a matrix, and a Jacobian serves several steps.
 pub(super) const MANY: usize = 12;
+
+/// Of more states an explicit method asks for no Jacobian: to multiply two of them, or to
+/// factorise one, costs more than hundreds of steps. What it would be multiplied with is the
+/// direction of a difference.
+pub(super) const LARGE: usize = 400;
 
 /// Most terms of the power series of e^A x. More are needed where the step is stiff; then the
 /// factors are taken.
@@ -47,19 +53,21 @@ const PARTS: u8 = 8;
 const FAR: f64 = 1e-2;
 
 /// The estimated error of a run so far.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Growth<T, const N: usize> {
-    error: SVector<T, N>,
+#[derive(Debug, Clone)]
+pub(super) struct Growth<T, V> {
+    error: V,
     /// The largest tolerance of a step that each state has had: errors are compared with the
     /// largest values met, since a slip that comes a little late has every velocity for a moment.
-    allowed: SVector<T, N>,
+    allowed: V,
     /// The largest error so far, over these.
     greatest: f64,
+    scalar: PhantomData<T>,
 }
 
-impl<T: Scalar, const N: usize> Growth<T, N> {
-    pub(super) fn new() -> Self {
-        Self { error: SVector::zeros(), allowed: SVector::zeros(), greatest: 0.0 }
+impl<T: Scalar, V: States<T>> Growth<T, V> {
+    pub(super) fn new(state: &V) -> Self {
+        let zero = || V::filled(state.count(), T::zero());
+        Self { error: zero(), allowed: zero(), greatest: 0.0, scalar: PhantomData }
     }
 
     /// The largest error so far of any state over its tolerance of a step; infinite if unknown.
@@ -67,45 +75,69 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
         self.greatest
     }
 
-    /// Takes a step: hJ, the rₖ of an explicit method, the trial with the mean square of its
-    /// estimated error over the tolerances and a further error that it does not show, and the
-    /// tolerances.
+    /// The error of the solution over a step, given the product hJ x for any x, with hJ where it is
+    /// known as a whole and the rₖ of an explicit method, a further error that no estimate of the
+    /// step shows, and its tolerances.
+    #[inline]
+    pub(super) fn carried(
+        &mut self,
+        (times, growth): (&mut impl FnMut(&V) -> V, Option<&V::Matrix>),
+        stability: &[f64],
+        (missed, allowed): (&V, &V),
+    ) -> V {
+        let states = allowed.count();
+        for i in 0..states {
+            self.error[i] = self.error[i] + missed[i].copysign(self.error[i]);
+        }
+        let series = if states < MANY { None } else { series(times, &self.error, allowed) };
+        let mut carried = series.unwrap_or_else(|| {
+            let Some(growth) = growth else { return self.error.clone() };
+            let part = lit(1.0 / f64::from(PARTS));
+            let part = Exponential::<T, V>::new(allowed, growth.entries(), part);
+            (0..PARTS).fold(self.error.clone(), |grown, _| part.apply_to(grown))
+        });
+        let near = near(stability);
+        let is_near = |growth: &V::Matrix| !is_beyond(states, growth.entries(), near);
+        if !stability.is_empty() && !growth.is_some_and(is_near) {
+            let own = own(times, &self.error, stability);
+            for i in 0..states {
+                if own[i].abs() <= allowed[i] {
+                    carried[i] = own[i];
+                }
+            }
+        }
+        carried
+    }
+
+    /// Takes a step: what is carried over it with hJ and the rₖ, the trial with the mean square of
+    /// its estimated error over the tolerances, and the tolerances.
     #[inline]
     pub(super) fn step(
         &mut self,
-        (growth, stability): (&SMatrix<T, N, N>, &[f64]),
-        (trial, square, missed): (&TrialStep<T, N>, f64, &SVector<T, N>),
-        allowed: &SVector<T, N>,
+        (carried, growth, stability): (V, Option<&V::Matrix>, &[f64]),
+        (trial, square): (&TrialStep<T, V>, f64),
+        allowed: &V,
     ) {
-        let error = &trial.error;
-        self.error.zip_apply(missed, |error: &mut T, missed| *error += missed.copysign(*error));
-        let series = if N < MANY { None } else { series(growth, &self.error, allowed) };
-        let mut carried = series.unwrap_or_else(|| {
-            let part = Exponential::new(&(growth * lit::<T>(1.0 / f64::from(PARTS))));
-            let mut grown = self.error;
-            for _ in 0..PARTS {
-                part.apply_to(&mut grown);
-            }
-            grown
-        });
-        if let Some(own) = own(growth, &self.error, stability) {
-            carried.zip_zip_apply(&own, allowed, |carried, own, allowed| {
-                *carried = if own.abs() <= allowed { own } else { *carried };
-            });
-        }
+        let (error, states, near) = (&trial.error, trial.error.count(), near::<T>(stability));
+        let at_limit = |i: usize| {
+            let by_itself = |growth: &V::Matrix| growth.entries()[i * states + i].abs() > near;
+            !stability.is_empty() && growth.is_some_and(by_itself)
+        };
         let (mut along, mut own) = (T::zero(), T::zero());
-        for i in 0..N {
+        for i in 0..states {
             let part = error[i] / allowed[i];
             along += carried[i] / allowed[i] * part;
             own += part * part;
         }
         // A method with two estimates gives the mean square of both together.
-        let size = (lit::<T>(square * N as f64) / own).sqrt();
+        let size = (lit::<T>(square * states as f64) / own).sqrt();
         let size = if size.is_finite() { size } else { T::zero() };
         let sign = if along < T::zero() { -T::one() } else { T::one() };
-        for i in 0..N {
+        for i in 0..states {
             let part = error[i] / allowed[i];
-            // The two estimates of the other states say nothing of one that has died out.
+            // The orders of two estimates say nothing of what decays near the limit of stability.
+            let size = if at_limit(i) { size.larger(T::one()) } else { size };
+            // Those of the other states say nothing of one that has died out.
             let size = match &trial.coarse_error {
                 Some(coarse) if part * part < own * lit(FAR * FAR) => {
                     let ratio = coarse[i] * lit(0.1) / error[i];
@@ -123,54 +155,54 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
     }
 }
 
+/// The modulus of an eigenvalue at half of the limit of stability, with the rₖ: R is e^A to about a
+/// hundredth below.
+fn near<T: Scalar>(stability: &[f64]) -> T {
+    lit(stability.len() as f64 / 4.0)
+}
+
+/// tr A.
+pub(super) fn trace<T: Scalar>(states: usize, a: &[T]) -> T {
+    (0..states).fold(T::zero(), |sum, i| sum + a[i * states + i])
+}
+
 /// tr A².
-pub(super) fn trace_of_square<T: Scalar, const N: usize>(a: &SMatrix<T, N, N>) -> T {
+pub(super) fn trace_of_square<T: Scalar>(states: usize, a: &[T]) -> T {
     let mut sum = T::zero();
-    for i in 0..N {
-        for j in 0..N {
-            sum += a[(i, j)] * a[(j, i)];
+    for (i, column) in columns(a, states).enumerate() {
+        for (j, &entry) in column.iter().enumerate() {
+            sum += a[j * states + i] * entry;
         }
     }
     sum
 }
 
-/// R(A) x with the rₖ of an explicit method; none where the traces of A and A² show no eigenvalue
-/// beyond a quarter of the number of stages, half of the limit of stability: there it is e^A x to
-/// about a hundredth.
+/// Whether the traces of A and A² show an eigenvalue beyond a limit.
+fn is_beyond<T: Scalar>(states: usize, a: &[T], limit: T) -> bool {
+    !(trace(states, a).abs() < limit && trace_of_square(states, a).abs() < limit * limit)
+}
+
+/// R(A) x with the rₖ of an explicit method, given the product A x.
 #[inline]
-fn own<T: Scalar, const N: usize>(
-    a: &SMatrix<T, N, N>,
-    x: &SVector<T, N>,
-    stability: &[f64],
-) -> Option<SVector<T, N>> {
-    let near: T = lit(stability.len() as f64 / 4.0);
-    if stability.is_empty() || a.trace().abs() < near && trace_of_square(a).abs() < near * near {
-        return None;
-    }
-    let mut sum = *x;
-    for &ratio in stability.iter().rev() {
-        let before = sum;
-        for i in 0..N {
-            let row = (0..N).fold(T::zero(), |sum, j| sum + a[(i, j)] * before[j]);
-            sum[i] = x[i] + row * lit(ratio);
-        }
-    }
-    Some(sum)
+fn own<T: Scalar, V: States<T>>(times: &mut impl FnMut(&V) -> V, x: &V, stability: &[f64]) -> V {
+    stability
+        .iter()
+        .rev()
+        .fold(x.clone(), |sum, &ratio| x.with(&times(&sum), |x, times| x + times * lit(ratio)))
 }
 
 /// e^A x by its power series, to a part of its largest component over a scale; none if it does not
 /// converge fast.
-fn series<T: Scalar, const N: usize>(
-    a: &SMatrix<T, N, N>,
-    x: &SVector<T, N>,
-    scale: &SVector<T, N>,
-) -> Option<SVector<T, N>> {
-    let size = |x: &SVector<T, N>| x.component_div(scale).amax();
-    let (mut sum, mut term, mut small) = (*x, *x, 0);
+fn series<T: Scalar, V: States<T>>(times: &mut impl FnMut(&V) -> V, x: &V, scale: &V) -> Option<V> {
+    let (mut sum, mut term, mut small) = (x.clone(), x.clone(), 0);
     for n in 1..=TERMS {
-        term = a * term * lit::<T>(1.0 / n as f64);
-        sum += term;
-        small = if size(&term) <= size(&sum) * lit(SMALL) { small + 1 } else { 0 };
+        let part = lit::<T>(1.0 / n as f64);
+        term = times(&term);
+        for i in 0..x.count() {
+            term[i] *= part;
+            sum[i] += term[i];
+        }
+        small = if term.over(scale) <= sum.over(scale) * lit(SMALL) { small + 1 } else { 0 };
         if small == 2 {
             return Some(sum);
         }
@@ -179,87 +211,74 @@ fn series<T: Scalar, const N: usize>(
 }
 
 /// The factors of an approximation of e^A; not finite where A is not.
-pub(super) struct Exponential<T, const N: usize> {
+pub(super) struct Exponential<T: Scalar, V: States<T>> {
     /// 1 + A/3.
-    above: SMatrix<T, N, N>,
+    above: V::Matrix,
     /// 1 − 2A/3 + A²/6, factorised: below the diagonal the multipliers, on it the reciprocal
     /// pivots.
-    below: SMatrix<T, N, N>,
+    below: V::Matrix,
     /// The row exchanged with each.
-    exchanged: [usize; N],
+    exchanged: V::Numbers,
 }
 
-impl<T: Scalar, const N: usize> Exponential<T, N> {
+impl<T: Scalar, V: States<T>> Exponential<T, V> {
+    /// That of a part of A, over states like these.
     #[inline]
-    pub(super) fn new(a: &SMatrix<T, N, N>) -> Self {
-        let mut above = a * lit::<T>(1.0 / 3.0);
-        let mut below = a * a * lit::<T>(1.0 / 6.0) - a * lit::<T>(2.0 / 3.0);
-        for i in 0..N {
-            above[(i, i)] += T::one();
-            below[(i, i)] += T::one();
+    pub(super) fn new(like: &V, a: &[T], part: T) -> Self {
+        let states = like.count();
+        let (mut above, mut exchanged) = (like.matrix(), V::Numbers::filled(states, 0));
+        for (entry, &a) in above.entries_mut().iter_mut().zip(a) {
+            *entry = a * part;
         }
-        let mut exchanged = [0; N];
-        for k in 0..N {
+        let mut below = product(states, above.entries(), &above);
+        for (below, above) in below.entries_mut().iter_mut().zip(above.entries_mut()) {
+            *below = *below * lit(1.0 / 6.0) - *above * lit(2.0 / 3.0);
+            *above *= lit(1.0 / 3.0);
+        }
+        for i in 0..states {
+            above.entries_mut()[i * states + i] += T::one();
+            below.entries_mut()[i * states + i] += T::one();
+        }
+        for k in 0..states {
+            let below = below.entries_mut();
             let mut largest = k;
-            for i in k + 1..N {
-                if below[(i, k)].abs() > below[(largest, k)].abs() {
+            for i in k + 1..states {
+                if below[k * states + i].abs() > below[k * states + largest].abs() {
                     largest = i;
                 }
             }
-            below.swap_rows(k, largest);
-            exchanged[k] = largest;
-            let inverse = T::one() / below[(k, k)];
-            below[(k, k)] = inverse;
-            for i in k + 1..N {
-                let multiplier = below[(i, k)] * inverse;
-                below[(i, k)] = multiplier;
-                for j in k + 1..N {
-                    let row = below[(k, j)];
-                    below[(i, j)] -= multiplier * row;
-                }
-            }
+            below.chunks_exact_mut(states).for_each(|column| column.swap(k, largest));
+            exchanged.entries_mut()[k] = largest;
+            eliminate(states, below, k, |pivot| T::one() / pivot);
         }
         Self { above, below, exchanged }
     }
 
     /// Multiplies e^A with columns.
     #[inline]
-    pub(super) fn apply_to<const C: usize>(&self, columns: &mut SMatrix<T, N, C>) {
-        *columns = self.above * *columns;
-        for mut x in columns.column_iter_mut() {
-            for k in 0..N {
-                x.swap_rows(k, self.exchanged[k]);
+    pub(super) fn apply_to<C: Entries<T>>(&self, columns: C) -> C {
+        let states = self.exchanged.entries().len();
+        let mut columns = product(states, self.above.entries(), &columns);
+        for x in columns.entries_mut().chunks_exact_mut(states.max(1)) {
+            for (k, &exchanged) in self.exchanged.entries().iter().enumerate() {
+                x.swap(k, exchanged);
             }
-            for i in 1..N {
-                for j in 0..i {
-                    let known = x[j];
-                    x[i] -= self.below[(i, j)] * known;
-                }
-            }
-            for i in (0..N).rev() {
-                for j in i + 1..N {
-                    let known = x[j];
-                    x[i] -= self.below[(i, j)] * known;
-                }
-                x[i] *= self.below[(i, i)];
-            }
+            substitute(self.below.entries(), x);
         }
+        columns
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Exponential, Growth, own, series};
+    use super::{Exponential, Growth, PhantomData, is_beyond, own, series};
     use crate::ode::AnyMethod;
-    use crate::ode::any::AnyStepper;
     use crate::ode::stepper::{OneStep, Stepper, TrialStep};
     use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 
     /// e^A x.
     fn exponential<const N: usize>(a: &SMatrix<f64, N, N>, x: &SVector<f64, N>) -> SVector<f64, N> {
-        let mut moved = *x;
-        Exponential::new(a).apply_to(&mut moved);
-        moved
+        Exponential::new(x, a.as_slice(), 1.0).apply_to(*x)
     }
 
     #[test]
@@ -283,34 +302,48 @@ mod tests {
         for angle in [0.0, 0.1, 3.0] {
             let a = Matrix2::new(-angle, -angle, angle, -angle);
             let turned = Vector2::new(f64::cos(angle), angle.sin()) * f64::exp(-angle);
-            let found = series(&a, &Vector2::x(), &Vector2::repeat(1.0)).unwrap_or_default();
+            let found = series(&mut |x| a * x, &Vector2::x(), &Vector2::repeat(1.0));
+            let found = found.unwrap_or_default();
             // Terms below a hundredth of the sum are left out.
             assert!((found - turned).norm() < 0.01 * turned.norm(), "{angle}: {found}");
         }
         let stiff = Matrix2::new(-1e3, 0.0, 0.0, -1.0);
-        assert_eq!(series(&stiff, &Vector2::repeat(1.0), &Vector2::repeat(1.0)), None);
+        let ones = Vector2::repeat(1.0);
+        assert_eq!(series(&mut |x| stiff * x, &ones, &ones), None);
+    }
+
+    /// Takes a step with hJ, the rₖ, a trial with its mean square and what it does not show.
+    fn step<const N: usize>(
+        growth: &mut Growth<f64, SVector<f64, N>>,
+        (a, stability): (&SMatrix<f64, N, N>, &[f64]),
+        (trial, square, missed): (&TrialStep<f64, SVector<f64, N>>, f64, &SVector<f64, N>),
+        allowed: &SVector<f64, N>,
+    ) {
+        let carried = growth.carried((&mut |x| a * x, Some(a)), stability, (missed, allowed));
+        growth.step((carried, Some(a), stability), (trial, square), allowed);
     }
 
     #[test]
     fn half_a_swing_in_one_step_turns_the_error_round() {
         // What is displaced by 1 at zero velocity is displaced by −1 after half a turn, at rest.
-        let mut growth = Growth::<f64, 2>::new();
+        let mut growth = Growth::<f64, Vector2<f64>>::new(&Vector2::zeros());
         let (none, allowed) = (SMatrix::<f64, 2, 2>::zeros(), Vector2::new(1.0, 1.0));
         let no = &Vector2::zeros();
-        growth.step((&none, &[]), (&trial(Vector2::new(1.0, 0.0), None), 0.5, no), &allowed);
+        step(&mut growth, (&none, &[]), (&trial(Vector2::new(1.0, 0.0), None), 0.5, no), &allowed);
         let angle = 2.6;
         let turn = Matrix2::new(0.0, angle, -angle, 0.0);
-        growth.step((&turn, &[]), (&trial(Vector2::zeros(), None), 0.0, no), &allowed);
+        step(&mut growth, (&turn, &[]), (&trial(Vector2::zeros(), None), 0.0, no), &allowed);
         let wanted = Vector2::new(angle.cos(), -angle.sin());
         assert!((growth.error - wanted).norm() < 0.15, "{}", growth.error);
     }
 
     #[test]
     fn what_a_step_does_not_show_is_carried_along_and_grows_as_the_solution() {
-        let (mut growth, allowed) = (Growth::<f64, 1>::new(), Vector1::new(1e-3));
+        let mut growth = Growth::<f64, Vector1<f64>>::new(&Vector1::zeros());
+        let allowed = Vector1::new(1e-3);
         let seven = SMatrix::<f64, 1, 1>::new(7.0);
         let nothing = trial(Vector1::zeros(), None);
-        growth.step((&seven, &[]), (&nothing, 0.0, &Vector1::new(1e-3)), &allowed);
+        step(&mut growth, (&seven, &[]), (&nothing, 0.0, &Vector1::new(1e-3)), &allowed);
         // In two parts of a step it was 9.4 for 1 097.
         let factor = growth.greatest() / 7f64.exp();
         assert!(factor > 0.8 && factor < 1.25, "{factor}");
@@ -323,38 +356,40 @@ mod tests {
             let factors = [1.0, 2.0, 3.0, 4.0, 5.0, 5.0];
             factors.iter().rev().fold(1.0, |sum, factor| 1.0 + z / factor * sum)
         };
-        let stepper: AnyStepper<f64, 1> = AnyMethod::DormandPrince.stepper(0.0);
+        let stepper = AnyMethod::DormandPrince.stepper(0.0, &Vector1::<f64>::zeros());
         for z in [-3.2, -1.6, 2.0] {
-            let found = own(&Vector1::new(z), &Vector1::new(2.0), stepper.stability());
-            let error = found.unwrap_or_default()[0] - 2.0 * polynomial(z);
+            let found = own(&mut |x| x * z, &Vector1::new(2.0), stepper.stability());
+            let error = found[0] - 2.0 * polynomial(z);
             assert!(error.abs() < 1e-13, "{z}: {error}");
+            assert!(is_beyond(1, &[z], 1.5));
         }
         // Up to there it is the exponential, to 2 % here.
         for z in [-1.4f64, 1.4] {
-            assert_eq!(own(&Vector1::new(z), &Vector1::new(2.0), stepper.stability()), None);
+            assert!(!is_beyond(1, &[z], 1.5));
             assert!((polynomial(z) / z.exp() - 1.0).abs() < 0.02);
         }
         // Of turns that cancel in tr A, tr A² has something left.
-        let turn = Matrix2::new(0.0, 1.4, -1.4, 0.0);
-        assert!(own(&turn, &Vector2::x(), stepper.stability()).is_some());
+        assert!(is_beyond(2, &[0.0, 1.6, -1.6, 0.0], 1.5));
     }
 
     /// A trial with estimates, their second one if it has one.
     fn trial<const N: usize>(
         error: SVector<f64, N>,
         coarse_error: Option<SVector<f64, N>>,
-    ) -> TrialStep<f64, N> {
-        TrialStep { state: SVector::zeros(), error, coarse_error, order: 5 }
+    ) -> TrialStep<f64, SVector<f64, N>> {
+        let (state, scalar) = (SVector::zeros(), PhantomData);
+        TrialStep { state, error, coarse_error, order: 5, scalar }
     }
 
     #[test]
     fn errors_of_steps_add_up_with_the_growth_between_them() {
-        let mut growth = Growth::<f64, 1>::new();
+        let mut growth = Growth::<f64, Vector1<f64>>::new(&Vector1::zeros());
         let (doubled, allowed) = (SMatrix::<f64, 1, 1>::new(2f64.ln()), Vector1::new(1e-3));
         let no = Vector1::zeros();
         for _ in 0..10 {
             // Half of a tolerance each. What R = 1 + 10 z leaves, above a tolerance, is not taken.
-            growth.step(
+            step(
+                &mut growth,
                 (&doubled, &[10.0]),
                 (&trial(Vector1::new(-5e-4), None), 0.25, &no),
                 &allowed,
@@ -368,10 +403,15 @@ mod tests {
         // What it leaves below one is.
         let before = growth.error[0];
         let nothing = [-(1.0 - 1e-7) / 2f64.ln()];
-        growth.step((&doubled, &nothing), (&trial(Vector1::zeros(), None), 0.0, &no), &allowed);
+        step(
+            &mut growth,
+            (&doubled, &nothing),
+            (&trial(Vector1::zeros(), None), 0.0, &no),
+            &allowed,
+        );
         assert!((growth.error[0] / before / 1e-7 - 1.0).abs() < 1e-6, "{}", growth.error);
         let unknown = SMatrix::<f64, 1, 1>::new(f64::NAN);
-        growth.step((&unknown, &[]), (&trial(Vector1::zeros(), None), 0.0, &no), &allowed);
+        step(&mut growth, (&unknown, &[]), (&trial(Vector1::zeros(), None), 0.0, &no), &allowed);
         assert_eq!(growth.greatest(), f64::INFINITY);
     }
 
@@ -379,11 +419,35 @@ mod tests {
     fn a_state_that_has_died_out_has_an_estimate_of_its_own() {
         // Both together are a thousandth of the finer one, which is all that the first state has.
         let (fine, coarse) = (Vector2::new(1e-6, 1.0), Vector2::new(1e-6, 1e4));
-        let (mut growth, none) = (Growth::new(), Matrix2::zeros());
+        let (mut growth, none) = (Growth::new(&fine), Matrix2::zeros());
         let one = Vector2::repeat(1.0);
-        growth.step((&none, &[]), (&trial(fine, Some(coarse)), 0.5e-6, &Vector2::zeros()), &one);
+        step(
+            &mut growth,
+            (&none, &[]),
+            (&trial(fine, Some(coarse)), 0.5e-6, &Vector2::zeros()),
+            &one,
+        );
         let wanted = 1e-6 / 1.01f64.sqrt();
         assert!((growth.error[0] / wanted - 1.0).abs() < 1e-12, "{}", growth.error);
         assert!((growth.error[1] / 1e-3 - 1.0).abs() < 1e-6, "{}", growth.error);
+    }
+
+    #[test]
+    fn near_the_limit_of_stability_the_finer_estimate_counts_in_full() {
+        // Both together are a thousandth of the finer one.
+        let (fine, coarse) = (Vector1::new(1.0), Vector1::new(1e4));
+        let stepper = AnyMethod::DormandPrince8.stepper(0.0, &Vector1::<f64>::zeros());
+        for (z, wanted) in [(-2.5, 1e-3), (-3.5, 1.0)] {
+            let mut growth = Growth::new(&fine);
+            let trial = trial(fine, Some(coarse));
+            let a = Vector1::new(z);
+            step(
+                &mut growth,
+                (&a, stepper.stability()),
+                (&trial, 1e-6, &Vector1::zeros()),
+                &Vector1::new(1.0),
+            );
+            assert!((growth.error[0] / wanted - 1.0).abs() < 1e-6, "{z}: {}", growth.error);
+        }
     }
 }

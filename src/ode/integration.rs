@@ -1,21 +1,22 @@
 //! The driver: it chooses steps, locks the sliding directions, and splits steps at reversals and
 //! at kinks of the inputs. One driver serves every method.
 
-use nalgebra::SVector;
-
 use super::dense_output::DenseOutput;
 use super::derivative_check::DerivativeCheck;
 use super::failure::{Failure, StopReason};
-use super::growth::Growth;
+use super::growth::{Growth, LARGE};
 use super::kink::Kinks;
 use super::locked::{Interval, Locked};
 use super::progress::{NextStep, Progress, StopTime};
 use super::reversal::{ContactBranch, Reversal, first_reversal, surely_none};
 use super::seeds::Seeds;
 use super::solver::Solver;
+use super::statistics::Statistics;
 use super::step::{Contacts, Step};
-use super::stepper::{Method, Point, Stepper, TrialStep};
-use super::{Statistics, System};
+use super::stepper::{OneStep, Point, Stepper, TrialStep};
+use super::storage::{Entries, States};
+use super::system::Equations;
+use super::tolerance::Tolerances;
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
@@ -44,23 +45,31 @@ const ENDLESS: (u32, f64) = (100, 1e-2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const K: usize> {
+pub struct Integration<'a, T, V, S, M, K>
+where
+    T: Scalar,
+    V: States<T>,
+    S: Equations<T, V, K> + ?Sized,
+    M: OneStep<T, V>,
+{
     pub(super) system: &'a S,
-    pub(super) scales: SVector<T, N>,
+    pub(super) scales: V,
     pub(super) stepper: M::Stepper,
-    pub(super) settings: Solver<T, M, N>,
+    pub(super) settings: Solver<T, M, V>,
     pub(super) progress: Progress<T>,
-    pub(super) point: Point<T, N>,
-    pub(super) locks: [ContactBranch<T>; K],
+    pub(super) point: Point<T, V>,
+    pub(super) locks: S::Contacts<ContactBranch<T>>,
+    /// Their branches, since the rate was evaluated anew.
+    pub(super) branches: S::Contacts<Branch>,
     /// The contacts that reverse at the current point, where the next step starts.
-    turned: Contacts,
+    turned: V::Contacts,
     /// A time \[s\], and how often since then a contact slid in neither direction.
     undecided: (T, u32),
     /// The step taken last.
-    pub(super) step: Step<T, N>,
-    pub(super) growth: Growth<T, N>,
+    pub(super) step: Step<T, V>,
+    pub(super) growth: Growth<T, V>,
     pub(super) seeds: Seeds<T>,
-    pub(super) kinks: Kinks<T, N>,
+    pub(super) kinks: Kinks<T, V>,
     pub(super) derivatives: DerivativeCheck,
     /// The largest estimated error of the solution over the tolerances of a step, if it has one.
     pub(super) most_growth: Option<f64>,
@@ -70,51 +79,53 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     stopped: Option<StopReason>,
 }
 
-impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
-    Integration<'a, T, S, M, N, K>
+impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, K>
+    Integration<'a, T, V, S, M, K>
 {
     pub(super) fn new(
-        settings: Solver<T, M, N>,
+        settings: Solver<T, M, V>,
         system: &'a S,
         (start_time, end_time): (T, T),
-        state: SVector<T, N>,
-    ) -> Result<Self, Failure<T, N>> {
-        const { assert!(K <= Contacts::MOST, "a system may have 128 contacts at most") };
-        let rate = SVector::zeros();
-        let of_step = settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
+        state: V,
+    ) -> Result<Self, Failure<T, V>> {
+        let of_step = settings.tolerances.as_ref().map_or(0.0, Tolerances::largest);
+        let (contacts, none) = (system.contacts(), state.like(|_| T::zero()));
+        let control = settings.control.limited(system.limit());
         let mut run = Self {
             system,
-            scales: system.scales(),
-            stepper: settings.method.stepper(of_step),
-            progress: Progress::new(
-                settings.control.limited(system.longest_step()),
-                (start_time, end_time),
-            ),
-            point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
-            settings,
-            locks: [ContactBranch::free(); K],
-            turned: Contacts::default(),
+            scales: system.magnitudes(),
+            stepper: settings.method.stepper(of_step, &state),
+            progress: Progress::new(control, (start_time, end_time)),
+            point: Point {
+                time: start_time,
+                state: state.clone(),
+                rate: none.clone(),
+                scale: settings.scale(&state),
+            },
+            locks: S::Contacts::filled(contacts, ContactBranch::free()),
+            branches: S::Contacts::filled(contacts, Branch::Free),
+            turned: V::Contacts::default(),
             undecided: (start_time, 0),
             stopped: None,
-            growth: Growth::new(),
+            growth: Growth::new(&state),
             seeds: Seeds::new(),
-            kinks: Kinks::new(),
+            kinks: Kinks::new(&state),
             derivatives: DerivativeCheck::default(),
             most_growth: settings.most_growth(),
+            settings,
             enough: None,
             step: Step {
                 start_time,
                 end_time: start_time,
                 whole: T::zero(),
-                end: state,
-                dense_output: DenseOutput::new(state, &[]),
-                reversals_at_start: Contacts::default(),
+                end: state.clone(),
+                dense_output: DenseOutput::new(state, [none.clone(), none.clone(), none]),
+                reversals_at_start: V::Contacts::default(),
                 reversal: None,
             },
         };
         if start_time != end_time {
-            let refuse = |error| Failure::refused(error, start_time, state);
-            run.progress.check().map_err(refuse)?;
+            run.progress.check().map_err(|error| run.failure(error.into()))?;
             run.start().map_err(|reason| run.failure(reason))?;
         }
         Ok(run)
@@ -126,13 +137,13 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     }
 
     /// The state there.
-    pub fn state(&self) -> &SVector<T, N> {
+    pub fn state(&self) -> &V {
         &self.point.state
     }
 
     /// The branch on which each contact slides now.
-    pub fn branches(&self) -> [Branch; K] {
-        self.locks.map(|lock| lock.branch)
+    pub fn branches(&self) -> S::Contacts<Branch> {
+        self.branches.clone()
     }
 
     /// Counts of steps and evaluations so far.
@@ -146,8 +157,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     ///
     /// Says why the run cannot go on, and where it stands. It stays there.
     #[inline]
-    pub fn advance(&mut self) -> Result<Option<Step<T, N>>, Failure<T, N>> {
-        Ok(self.advance_observed(|_, _| true)?.copied())
+    pub fn advance(&mut self) -> Result<Option<Step<T, V>>, Failure<T, V>> {
+        Ok(self.advance_observed(|_, _| true)?.cloned())
     }
 
     /// Takes one step. Its dense output is the method's own if it is needed between the two times
@@ -156,7 +167,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     pub(crate) fn advance_observed(
         &mut self,
         needs_dense_output: impl Fn(T, T) -> bool,
-    ) -> Result<Option<&Step<T, N>>, Failure<T, N>> {
+    ) -> Result<Option<&Step<T, V>>, Failure<T, V>> {
         let advanced = match self.stopped {
             None => self.try_advance(needs_dense_output),
             Some(reason) => Err(reason),
@@ -171,32 +182,38 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         }
     }
 
-    fn failure(&self, reason: StopReason) -> Failure<T, N> {
-        Failure::new(reason, (self.point.time, self.point.state), self.statistics())
+    fn failure(&self, reason: StopReason) -> Failure<T, V> {
+        Failure::new(reason, (self.point.time, self.point.state.clone()), self.statistics())
     }
 
     /// The method, the system on the current branches, and the current point.
     #[inline(always)]
+    #[allow(clippy::type_complexity, reason = "the three parts of one run")]
     pub(super) fn parts(
         &mut self,
         interval: Interval<T>,
-    ) -> (&mut M::Stepper, Locked<'_, T, S, N, K>, &mut Point<T, N>) {
-        let branches = self.branches();
+    ) -> (&mut M::Stepper, Locked<'_, T, V, S, K>, &mut Point<T, V>) {
         let statistics = &mut self.progress.statistics;
-        let (system, scales) = (self.system, &self.scales);
+        let (system, scales, branches) = (self.system, &self.scales, &self.branches);
         let field = Locked { system, scales, branches, interval, statistics };
         (&mut self.stepper, field, &mut self.point)
     }
 
     /// The right-hand side on the current branches.
-    pub(super) fn evaluate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
+    pub(super) fn evaluate(&mut self, time: T, state: &V) -> V {
         self.progress.statistics.evaluations += 1;
-        self.system.rate(time, state, self.branches())
+        let mut rate = state.clone();
+        self.system.rate_to(time, state, &self.branches, &mut rate);
+        rate
     }
 
     /// Evaluates the rate at the current point anew.
     pub(super) fn refresh_rate(&mut self) {
-        self.kinks = Kinks::new();
+        let branches = self.branches.entries_mut().iter_mut();
+        for (branch, lock) in branches.zip(self.locks.entries()) {
+            *branch = lock.branch;
+        }
+        self.kinks = Kinks::new(&self.point.state);
         let stop = self.progress.next_stop(self.input_kinks());
         let interval = self.interval(stop);
         let (stepper, mut field, point) = self.parts(interval);
@@ -205,28 +222,33 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
 
     /// Brings what is known of the contacts to the current point.
     pub(super) fn refresh_locks(&mut self) {
-        let Point { time, state, .. } = self.point;
-        let velocities = self.system.sliding_velocities(time, &state);
-        let mut errors = [T::zero(); K];
-        if let Some(tolerances) = &self.settings.tolerances {
-            for i in 0..N {
-                let mut beside = state;
+        let Point { time, state, .. } = &self.point;
+        let velocities = self.system.velocities(*time, state);
+        let mut errors = S::Contacts::filled(self.system.contacts(), T::zero());
+        // With many states all velocities are asked for each of them at the start alone.
+        let is_known = self.point.state.count() > LARGE && self.progress.statistics.steps > 0;
+        if let Some(tolerances) = self.settings.tolerances.as_ref().filter(|_| !is_known) {
+            let mut beside = state.clone();
+            for i in 0..state.count() {
                 beside[i] += tolerances.absolute()[i];
-                let moved = self.system.sliding_velocities(time, &beside);
-                for ((error, moved), still) in errors.iter_mut().zip(moved).zip(velocities) {
+                let moved = self.system.velocities(*time, &beside);
+                let velocities = moved.entries().iter().zip(velocities.entries());
+                for (error, (&moved, &still)) in errors.entries_mut().iter_mut().zip(velocities) {
                     *error += (moved - still).abs();
                 }
+                beside[i] = state[i];
             }
         }
-        for ((lock, velocity), error) in self.locks.iter_mut().zip(velocities).zip(errors) {
-            lock.begin(velocity, error);
+        let known = velocities.entries().iter().zip(errors.entries());
+        for (lock, (&velocity, &error)) in self.locks.entries_mut().iter_mut().zip(known) {
+            lock.begin(velocity, Some(error).filter(|_| !is_known));
         }
     }
 
     /// The next kink of an input between two times, if steps are split there.
-    fn input_kinks(&self) -> impl Fn(T, T) -> Option<T> + use<'a, T, S, M, N, K> {
+    fn input_kinks(&self) -> impl Fn(T, T) -> Option<T> + use<'a, T, V, S, M, K> {
         let (system, is_locking) = (self.system, self.settings.locks);
-        move |from, towards| if is_locking { system.next_kink(from, towards) } else { None }
+        move |from, towards| if is_locking { system.kink(from, towards) } else { None }
     }
 
     /// Takes one step and describes it; false at the end of the time span.
@@ -244,15 +266,15 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             let Some((end, tried, square)) = self.try_step((step, end_time), interval)? else {
                 continue;
             };
-            let is_clear =
-                !self.settings.locks || surely_none(self.system, &self.locks, &self.point, &end);
+            let is_clear = !self.settings.locks
+                || surely_none(self.system, self.locks.entries(), &self.point, &end);
             let full = !is_clear || needs_dense_output(self.point.time, end_time);
             self.describe(&end, full, interval);
             let reversal = if is_clear {
                 Reversal::None
             } else {
                 let smallest = self.progress.smallest_step();
-                first_reversal(self.system, &self.locks, &self.step, smallest)
+                first_reversal(self.system, self.locks.entries(), &self.step, smallest)
             };
             match reversal {
                 Reversal::None => {
@@ -261,7 +283,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                         self.progress.shorten(shorter)?;
                         continue;
                     }
-                    for lock in &mut self.locks {
+                    for lock in self.locks.entries_mut() {
                         lock.stalled = 0;
                     }
                     self.accept(&end, step.abs(), reaches, square, tried.order);
@@ -281,10 +303,10 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                     let full = needs_dense_output(self.point.time, cut_time);
                     self.describe(&part.0, full, interval);
                     self.estimate(&part.0, (&part.1, part.2), (interval, true));
-                    let before = self.locks;
+                    let before = self.locks.entries().get(contact).copied();
                     self.progress.statistics.rejected += 1;
                     self.accept(&part.0, step.abs(), false, square, tried.order);
-                    self.reverse(&before, contact, fraction)?;
+                    self.reverse(before, contact, fraction)?;
                     return Ok(true);
                 }
             }
@@ -304,12 +326,12 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     /// was too coarse, the rest of the way is another step.
     fn reverse(
         &mut self,
-        before: &[ContactBranch<T>; K],
+        before: Option<ContactBranch<T>>,
         contact: usize,
         fraction: T,
     ) -> Result<(), StopReason> {
-        let has_arrived = match (before.get(contact), self.locks.get(contact)) {
-            (Some(before), Some(after)) => after.reaches_zero(before),
+        let has_arrived = match (before, self.locks.entries().get(contact)) {
+            (Some(before), Some(after)) => after.reaches_zero(&before),
             _ => true,
         };
         if has_arrived {
@@ -328,22 +350,22 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         &mut self,
         (step, end_time): (T, T),
         interval: Interval<T>,
-    ) -> Result<Option<(Point<T, N>, TrialStep<T, N>, f64)>, StopReason> {
+    ) -> Result<Option<(Point<T, V>, TrialStep<T, V>, f64)>, StopReason> {
         let (stepper, mut field, from) = self.parts(interval);
         let trial = stepper.step(&mut field, from, step);
         let scale = self.settings.scale(&trial.state);
-        let mut square = match is_finite(&trial.state) {
+        let mut square = match trial.state.is_finite() {
             true if !self.progress.is_adaptive() => 0.0,
             true => trial.mean_square(&self.point.scale, &scale),
             false => f64::NAN,
         };
         if square <= 1.0 {
-            let rate = SVector::zeros();
-            let mut end = Point { time: end_time, state: trial.state, rate, scale };
+            let rate = trial.state.like(|_| T::zero());
+            let mut end = Point { time: end_time, state: trial.state.clone(), rate, scale };
             let (stepper, mut field, _) = self.parts(interval);
             stepper.arrive(&mut field, &mut end);
             let is_sound = !self.progress.is_adaptive() || self.stepper.represents_growth();
-            if is_sound && is_finite(&end.rate) {
+            if is_sound && end.rate.is_finite() {
                 return Ok(Some((end, trial, square)));
             }
             square = f64::NAN;
@@ -362,7 +384,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     /// Describes a trial step, with the method's own dense output or with the cubic through its
     /// ends.
     #[inline]
-    fn describe(&mut self, end: &Point<T, N>, full: bool, interval: Interval<T>) {
+    fn describe(&mut self, end: &Point<T, V>, full: bool, interval: Interval<T>) {
         let (stepper, mut field, from) = self.parts(interval);
         let dense_output =
             if full { stepper.dense_output(&mut field, from, end) } else { from.cubic_to(end) };
@@ -370,9 +392,9 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             start_time: self.point.time,
             end_time: end.time,
             whole: end.time - self.point.time,
-            end: end.state,
+            end: end.state.clone(),
             dense_output,
-            reversals_at_start: self.turned,
+            reversals_at_start: self.turned.clone(),
             reversal: None,
         };
     }
@@ -380,10 +402,11 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     /// Moves to the end of a step and proposes the next one, from the length of the trial whose
     /// error is given (a step cut at a reversal is shorter than its trial).
     #[inline]
-    fn accept(&mut self, end: &Point<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
+    fn accept(&mut self, end: &Point<T, V>, tried: T, reaches: bool, square: f64, order: u8) {
         let proposed = self.progress.accept(tried, reaches, square, order);
-        self.progress.statistics.reversals += core::mem::take(&mut self.turned).count();
-        for lock in &mut self.locks {
+        self.progress.statistics.reversals +=
+            core::mem::take(&mut self.turned).iter().count() as u64;
+        for lock in self.locks.entries_mut() {
             lock.took(tried);
         }
         let length = self.stepper.accepted(end.time - self.point.time, end, proposed);
@@ -392,7 +415,10 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             self.progress.limit_length(longest);
         }
         self.progress.time = end.time;
-        self.point = *end;
+        self.point.state.clone_from(&end.state);
+        self.point.rate.clone_from(&end.rate);
+        self.point.scale.clone_from(&end.scale);
+        self.point.time = end.time;
         if self.settings.locks {
             self.update_locks();
         }
@@ -401,9 +427,10 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     /// Brings the velocities to the current point, and locks the contacts that slide clearly.
     #[inline]
     fn update_locks(&mut self) {
-        let velocities = self.system.sliding_velocities(self.point.time, &self.point.state);
+        let velocities = self.system.velocities(self.point.time, &self.point.state);
         let mut has_locked = false;
-        for (lock, velocity) in self.locks.iter_mut().zip(velocities) {
+        let locks = self.locks.entries_mut().iter_mut();
+        for (lock, &velocity) in locks.zip(velocities.entries()) {
             if lock.branch == Branch::Free && velocity.abs() > lock.noise {
                 lock.branch = Branch::towards(velocity);
                 has_locked = true;
@@ -425,7 +452,9 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         if !is_first {
             self.turned.toggle(contact);
         }
-        if !self.progress.is_adaptive() && self.branches().get(contact) == Some(&Branch::Free) {
+        if !self.progress.is_adaptive()
+            && self.branches.entries().get(contact) == Some(&Branch::Free)
+        {
             // Neither branch leads anywhere, and without an error estimate nothing tells whether
             // the free one does.
             return Err(StopReason::EndlessReversals { contact });
@@ -435,7 +464,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
 
     /// Turns a contact to the other branch at the current point, after a step cut to a fraction.
     fn turn(&mut self, index: usize, fraction: T) -> Result<(), StopReason> {
-        if let Some(lock) = self.locks.get_mut(index) {
+        if let Some(lock) = self.locks.entries_mut().get_mut(index) {
             lock.turn(fraction);
             if self.progress.is_adaptive() {
                 self.progress.limit_length(lock.likely(self.progress.length()));
@@ -458,15 +487,11 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     }
 
     /// The sliding velocities, all of them finite.
-    pub(super) fn velocities(&self, time: T, state: &SVector<T, N>) -> Result<[T; K], StopReason> {
-        let velocities = self.system.sliding_velocities(time, state);
-        match velocities.iter().position(|velocity| !velocity.is_finite()) {
+    pub(super) fn velocities(&self, time: T, state: &V) -> Result<S::Contacts<T>, StopReason> {
+        let velocities = self.system.velocities(time, state);
+        match velocities.entries().iter().position(|velocity| !velocity.is_finite()) {
             Some(contact) => Err(StopReason::VelocityNotFinite { contact }),
             None => Ok(velocities),
         }
     }
-}
-
-pub(super) fn is_finite<T: Scalar, const N: usize>(vector: &SVector<T, N>) -> bool {
-    vector.iter().all(|value| value.is_finite())
 }

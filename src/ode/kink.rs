@@ -13,8 +13,7 @@
 //! of all steps: a tenth of a tolerance in a velocity may be a hundred in a deflection after it has
 //! reversed.
 
-use nalgebra::{SMatrix, SVector};
-
+use super::storage::{Entries, States, of_both, product};
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -38,70 +37,91 @@ const FADES: f64 = 0.1;
 const MISSED: f64 = 10.0;
 
 /// What is known of the changes of the Jacobian.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Kinks<T, const N: usize> {
+#[derive(Debug, Clone)]
+pub(super) struct Kinks<T: Scalar, V: States<T>> {
     /// |dJ/dt| over the step before, if it is known.
-    changes: Option<SMatrix<T, N, N>>,
-    /// What the Jacobians left unexplained of the change of the rates over the step before \[1/s\],
-    /// and how fast that of each rate has changed.
-    between: Option<[SVector<T, N>; 2]>,
+    changes: Option<V::Matrix>,
+    /// How fast the states have changed in the step before and what the Jacobians left unexplained
+    /// of the change of the rates \[1/s\], or zeros and all; and how fast that of each has changed.
+    between: Option<[V; 3]>,
     /// The error of each state by kinks in the last step, which no estimate need show.
-    missed: SVector<T, N>,
+    missed: V,
 }
 
-impl<T: Scalar, const N: usize> Kinks<T, N> {
-    /// Nothing known: at the start, and where a branch or an input changes.
-    pub(super) fn new() -> Self {
-        Self { changes: None, between: None, missed: SVector::zeros() }
+impl<T: Scalar, V: States<T>> Kinks<T, V> {
+    /// Nothing known of such states: at the start, and where a branch or an input changes.
+    pub(super) fn new(state: &V) -> Self {
+        Self { changes: None, between: None, missed: state.like(|_| T::zero()) }
     }
 
     /// The error of each state by kinks in a step that was taken after all.
-    pub(super) fn missed(&mut self) -> SVector<T, N> {
-        core::mem::replace(&mut self.missed, SVector::zeros())
+    pub(super) fn missed(&mut self) -> V {
+        let none = self.missed.like(|_| T::zero());
+        core::mem::replace(&mut self.missed, none)
     }
 
-    /// Takes the Jacobians at both ends of a step of a length, over which the states and their
-    /// rates have changed. Answers with a shorter one where the step has passed over a kink, with
-    /// an error of many tolerances. The Jacobian of many states serves several steps: it is given
-    /// for both ends, and a kink leaves ΔJ Δx.
+    /// Takes a step of a length, over which the states and their rates have changed, and the
+    /// product of the Jacobian with a vector. The Jacobians at both ends are given of few states,
+    /// for that of many serves several steps, and a kink leaves ΔJ Δx. Answers with a shorter step
+    /// where this one has passed over a kink, with an error of many tolerances.
     pub(super) fn shorter(
         &mut self,
-        [start, end]: &[SMatrix<T, N, N>; 2],
-        (length, [moved, sped]): (T, [SVector<T, N>; 2]),
-        allowed: &SVector<T, N>,
+        ends: Option<[&V::Matrix; 2]>,
+        (length, [moved, sped]): (T, [V; 2]),
+        times: impl FnOnce(&V) -> V,
+        allowed: &V,
     ) -> Option<T> {
-        let (change, mean) = ((end - start).abs(), (end + start) * lit::<T>(0.5));
-        let curved = change * moved.abs();
-        self.missed = SVector::zeros();
-        if let Some(before) = &self.changes {
-            for i in 0..N {
+        let states = moved.count();
+        self.missed = moved.like(|_| T::zero());
+        let none = self.missed.clone();
+        let (mut curved, mut explained, mut change) = (none.clone(), none.clone(), None);
+        let mut moving = moved.like(|i| moved[i] / length);
+        if let Some([start, end]) = ends {
+            let changes = of_both(end, start, |end, start| (end - start).abs());
+            let mean = of_both(end, start, |end, start| (end + start) * lit(0.5));
+            curved = product(states, changes.entries(), &moved.like(|i| moved[i].abs()));
+            (explained, moving) = (product(states, mean.entries(), &moved), none.clone());
+            change = Some(changes);
+        }
+        let left = sped.with(&explained, |sped, explained| (sped - explained) / length);
+        if let (Some(change), Some(before)) = (&change, &self.changes) {
+            let (change, before) = (change.entries(), before.entries());
+            for i in 0..states {
+                let at = |j: usize| j * states + i;
                 let sudden =
-                    (0..N).filter(|&j| change[(i, j)] > before[(i, j)] * length * lit(SUDDEN));
-                let sum = sudden.fold(T::zero(), |sum, j| sum + change[(i, j)] * moved[j].abs());
+                    (0..states).filter(|&j| change[at(j)] > before[at(j)] * length * lit(SUDDEN));
+                let sum = sudden.fold(T::zero(), |sum, j| sum + change[at(j)] * moved[j].abs());
                 self.missed[i] = sum * length * lit(ERROR);
             }
         }
-        let left = (sped - mean * moved) / length;
-        let mut speeds = SVector::repeat(lit(f64::INFINITY));
-        if let Some([before, usual]) = &self.between {
-            let jumps = (left - before).abs() * length;
-            speeds = jumps / (length * length);
-            for i in 0..N {
-                if jumps[i] > usual[i] * length * length * lit(JUMP) && jumps[i] > curved[i] {
-                    self.missed[i] += jumps[i] * length * lit(OF_JUMP);
+        let mut speeds = left.like(|_| lit(f64::INFINITY));
+        if let Some([moving_before, before, usual]) = &self.between {
+            // One Jacobian for both steps: what another left is no jump.
+            let explained = match change {
+                None => times(&moving.with(moving_before, |now, before| now - before)),
+                Some(_) => none,
+            };
+            for i in 0..states {
+                let jump = (left[i] - before[i] - explained[i]).abs() * length;
+                speeds[i] = jump / (length * length);
+                if jump > usual[i] * length * length * lit(JUMP) && jump > curved[i] {
+                    self.missed[i] += jump * length * lit(OF_JUMP);
                 }
                 if usual[i].is_finite() {
                     speeds[i] = speeds[i].larger(usual[i] * lit(FADES));
                 }
             }
         }
-        let most = self.missed.component_div(allowed).amax() * lit(1.0 / MISSED);
+        let most = self.missed.over(allowed) * lit(1.0 / MISSED);
         if most > T::one() {
-            self.missed = SVector::zeros();
+            self.missed = moved.like(|_| T::zero());
             return Some(length * lit::<T>(0.9) / most.sqrt());
         }
-        self.between = Some([left, speeds]);
-        self.changes = Some(change / length);
+        self.between = Some([moving, left, speeds]);
+        self.changes = change.map(|mut change| {
+            change.entries_mut().iter_mut().for_each(|change| *change /= length);
+            change
+        });
         None
     }
 }
@@ -117,55 +137,71 @@ mod tests {
         let (away, met) = (Matrix2::new(0.0, 1.0, 0.0, -0.1), Matrix2::new(0.0, 1.0, -1e3, -0.1));
         let (moved, allowed) = (Vector2::new(-0.02, 0.0), Vector2::repeat(1e-6));
         let step = |moved| (0.02, [moved, (away + met) * moved * 0.5]);
-        let mut kinks = Kinks::new();
+        let mut kinks = Kinks::new(&Vector2::zeros());
         // Of the first step nothing is known.
-        assert_eq!(kinks.shorter(&[away, met], step(moved), &allowed), None);
-        let mut kinks = Kinks::new();
-        assert_eq!(kinks.shorter(&[away; 2], (0.02, [moved, away * moved]), &allowed), None);
+        assert_eq!(kinks.shorter(Some([&away, &met]), step(moved), |x| *x, &allowed), None);
+        let mut kinks = Kinks::new(&Vector2::zeros());
+        assert_eq!(
+            kinks.shorter(Some([&away; 2]), (0.02, [moved, away * moved]), |x| *x, &allowed),
+            None
+        );
         // 0.01 · 0.02 · 1000 · 0.02 over ten tolerances is 400.
-        let shorter = kinks.shorter(&[away, met], step(moved), &allowed);
+        let shorter = kinks.shorter(Some([&away, &met]), step(moved), |x| *x, &allowed);
         assert_eq!(shorter.map(|h: f64| (h / 0.02 * 1e6).round()), Some(45_000.0));
         assert_eq!(kinks.missed(), Vector2::zeros());
         // A shorter way leaves eight tolerances, which are told once.
-        assert_eq!(kinks.shorter(&[away, met], step(moved * 2e-3), &allowed), None);
+        assert_eq!(kinks.shorter(Some([&away, &met]), step(moved * 2e-3), |x| *x, &allowed), None);
         assert!((kinks.missed() - Vector2::new(0.0, 8e-6)).norm() < 1e-18);
         assert_eq!(kinks.missed(), Vector2::zeros());
         // What has changed fast before may go on.
-        let met_more = [met, met * 2.0];
+        let met_more = [&met, &(met * 2.0)];
         let sped = met * moved * 1.5;
-        assert_eq!(kinks.shorter(&met_more, (0.02, [moved, sped]), &allowed), None);
+        assert_eq!(kinks.shorter(Some(met_more), (0.02, [moved, sped]), |x| *x, &allowed), None);
     }
 
     #[test]
     fn rates_that_jump_between_equal_jacobians_are_seen() {
         // v̇ = −0.1 t, and by 1 more from 0.035 on: a torque between its limits.
-        let free = [Matrix2::new(0.0, 1.0, 0.0, 0.0); 2];
+        let free = Matrix2::new(0.0, 1.0, 0.0, 0.0);
         let rate = |time: f64| -0.1 * time.powi(2) + if time > 0.035 { 1.0 } else { 0.0 };
         let step = |start: f64, end: f64| {
             let moved = Vector2::new(-0.01, -1e-4);
             (end - start, [moved, Vector2::new(moved[1], rate(end) - rate(start))])
         };
-        let (mut kinks, allowed) = (Kinks::new(), Vector2::repeat(1e-5));
+        let (mut kinks, allowed) = (Kinks::new(&Vector2::zeros()), Vector2::repeat(1e-5));
         for number in 0..3 {
             let start = 0.01 * f64::from(number);
-            assert_eq!(kinks.shorter(&free, step(start, start + 0.01), &allowed), None);
+            assert_eq!(
+                kinks.shorter(None, step(start, start + 0.01), |x| free * x, &allowed),
+                None
+            );
             assert_eq!(kinks.missed(), Vector2::zeros());
         }
         // 0.1 · 0.01 · 1 is a hundred tolerances, ten times what may be missed.
-        let shorter = kinks.shorter(&free, step(0.03, 0.04), &allowed);
+        let shorter = kinks.shorter(None, step(0.03, 0.04), |x| free * x, &allowed);
         assert_eq!(shorter.map(|h: f64| (h * 1e5).round()), Some(285.0));
         // One of 0.0008 leaves eight, and nothing a little earlier.
-        assert_eq!(kinks.shorter(&free, step(0.0345, 0.0353), &allowed), None);
+        assert_eq!(kinks.shorter(None, step(0.0345, 0.0353), |x| free * x, &allowed), None);
         let missed = kinks.missed();
         assert!(missed[0] == 0.0 && (missed[1] / 8e-5 - 1.0).abs() < 0.01, "{missed}");
         // What changes slowly, passes zero and changes on does not jump.
-        let mut kinks = Kinks::new();
+        let mut kinks = Kinks::new(&Vector2::zeros());
         let cubic = |time: f64| Vector2::new(0.0, time.powi(3));
         for number in -5..6 {
             let start = 0.01 * f64::from(number);
             let step = (0.01, [Vector2::zeros(), cubic(start + 0.01) - cubic(start)]);
-            assert_eq!(kinks.shorter(&free, step, &(allowed * 1e-9)), None);
+            assert_eq!(kinks.shorter(None, step, |x| free * x, &(allowed * 1e-9)), None);
             assert_eq!(kinks.missed(), Vector2::zeros());
+        }
+    }
+
+    #[test]
+    fn a_jacobian_that_has_served_several_steps_and_is_renewed_is_no_jump() {
+        let (mut kinks, step) = (Kinks::new(&Vector2::zeros()), Vector2::repeat(0.1));
+        for number in 0..12 {
+            let times = |x: &Vector2<f64>| x * f64::from(number / 4);
+            let shorter = kinks.shorter(None, (0.1, [step; 2]), times, &(step * 1e-5));
+            assert_eq!((shorter, kinks.missed()), (None, Vector2::zeros()), "{number}");
         }
     }
 }

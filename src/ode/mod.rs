@@ -45,6 +45,12 @@
 //! The estimate mostly exceeds the error, by a factor of ten. `docs/work-precision.md` says how far
 //! answers were off on drawn rigs and valves.
 
+#![allow(
+    private_bounds,
+    private_interfaces,
+    reason = "methods and storages are those of this module"
+)]
+
 mod any;
 mod automatic;
 mod controller;
@@ -80,24 +86,65 @@ mod tolerance;
 #[cfg(feature = "alloc")]
 mod trajectory;
 
+#[cfg(feature = "alloc")]
+pub mod dynamic;
+mod storage;
+
+use nalgebra::{SMatrix, SVector};
+
 pub use any::AnyMethod;
 pub use automatic::Automatic;
 pub(crate) use crossing::{Crossing, Search};
 
 pub use dormand_prince::DormandPrince;
 pub use dormand_prince8::DormandPrince8;
-pub use event::{Direction, Event, Occurrence};
-pub use failure::{Failure, StopReason};
-pub use integration::Integration;
+pub use event::Direction;
+pub use failure::StopReason;
 pub(crate) use progress::{NextStep, Progress, StepControl};
 pub use rodas4::Rodas4;
 pub use rodas5p::Rodas5P;
 pub use runge_kutta4::RungeKutta4;
-pub use solver::{Observer, Solver, Summary};
+pub use solver::Observer;
 pub use statistics::Statistics;
-pub use step::Step;
 pub use stepper::Method;
-pub use system::{Linearisation, System};
-pub use tolerance::Tolerances;
+pub use system::System;
 #[cfg(feature = "alloc")]
-pub use trajectory::{Output, Trajectory, solve};
+pub use trajectory::{Output, solve};
+
+/// The types of this module for states in any storage: an `SVector` for those of a number known
+/// when the program is compiled, for which this module has shorter names, and a `Vec` for those of
+/// [`crate::ode::dynamic`].
+pub mod generic {
+    pub use super::event::{Event, Occurrence};
+    pub use super::failure::Failure;
+    pub use super::integration::Integration;
+    pub use super::solver::{Solver, Summary};
+    pub use super::step::Step;
+    pub use super::system::{Equations, Linearisation};
+    pub use super::tolerance::Tolerances;
+    #[cfg(feature = "alloc")]
+    pub use super::trajectory::Trajectory;
+}
+
+/// A [`generic::Solver`] of N states.
+pub type Solver<T, M, const N: usize> = generic::Solver<T, M, SVector<T, N>>;
+/// A [`generic::Integration`] of N states and K contacts.
+pub type Integration<'a, T, S, M, const N: usize, const K: usize> =
+    generic::Integration<'a, T, SVector<T, N>, S, M, system::Fixed<K>>;
+/// A [`generic::Tolerances`] of N states.
+pub type Tolerances<T, const N: usize> = generic::Tolerances<T, SVector<T, N>>;
+/// A [`generic::Linearisation`] of N states.
+pub type Linearisation<T, const N: usize> = generic::Linearisation<SVector<T, N>, SMatrix<T, N, N>>;
+/// A [`generic::Step`] of N states.
+pub type Step<T, const N: usize> = generic::Step<T, SVector<T, N>>;
+/// A [`generic::Event`] of N states.
+pub type Event<'a, T, const N: usize> = generic::Event<'a, T, SVector<T, N>>;
+/// A [`generic::Occurrence`] of N states.
+pub type Occurrence<T, const N: usize> = generic::Occurrence<T, SVector<T, N>>;
+/// A [`generic::Summary`] of N states.
+pub type Summary<T, const N: usize> = generic::Summary<T, SVector<T, N>>;
+/// A [`generic::Failure`] of N states.
+pub type Failure<T, const N: usize> = generic::Failure<T, SVector<T, N>>;
+/// A [`generic::Trajectory`] of N states.
+#[cfg(feature = "alloc")]
+pub type Trajectory<T, const N: usize> = generic::Trajectory<T, SVector<T, N>>;

@@ -1,9 +1,10 @@
 //! Where a sliding direction reverses within a step.
 
-use super::System;
 use super::crossing::{Crossing, Search};
 use super::step::Step;
 use super::stepper::Point;
+use super::storage::{Entries, States};
+use super::system::Equations;
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
@@ -86,12 +87,12 @@ impl<T: Scalar> ContactBranch<T> {
     }
 
     /// Takes note of the sliding velocity where the contact has just been locked, and of the error
-    /// that the tolerances allow it.
-    pub(super) fn begin(&mut self, velocity: T, error: T) {
+    /// that the tolerances allow it, unless it is known from before.
+    pub(super) fn begin(&mut self, velocity: T, error: Option<T>) {
         self.update(velocity);
         self.left = (-self.ahead).larger(T::zero());
         let rounding = self.greatest * T::default_epsilon() * lit(4.0);
-        self.noise = (error * lit(NOISE)).larger(rounding);
+        self.noise = error.map_or(self.noise, |error| error * lit(NOISE)).larger(rounding);
     }
 
     /// Whether a step cut at a reversal has reached it, from what was known at its start.
@@ -126,27 +127,28 @@ const CLOSE: f64 = 0.05;
 /// through the velocity at both ends and at the thirds, which stays within the hull of its four
 /// control points.
 #[inline]
-pub(super) fn surely_none<T: Scalar, const N: usize, const K: usize>(
-    system: &impl System<T, N, K>,
-    locks: &[ContactBranch<T>; K],
-    from: &Point<T, N>,
-    end: &Point<T, N>,
+pub(super) fn surely_none<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
+    system: &S,
+    locks: &[ContactBranch<T>],
+    from: &Point<T, V>,
+    end: &Point<T, V>,
 ) -> bool {
     let duration = end.time - from.time;
     let third = duration * lit(1.0 / 3.0);
     // The cubic through both states with their rates, at one and two thirds.
-    let (mut early, mut late) = (from.state, end.state);
-    for i in 0..N {
+    let (mut early, mut late) = (from.state.clone(), end.state.clone());
+    for i in 0..early.count() {
         let chord = end.state[i] - from.state[i];
         let (start, stop) = (from.rate[i] * duration, end.rate[i] * duration);
         let part: T = lit(1.0 / 27.0);
         early[i] += (chord * lit(7.0) + start * lit(4.0) - stop * lit(2.0)) * part;
         late[i] -= (chord * lit(7.0) + stop * lit(4.0) - start * lit(2.0)) * part;
     }
-    let early = system.sliding_velocities(from.time + third, &early);
-    let late = system.sliding_velocities(end.time - third, &late);
-    let last = system.sliding_velocities(end.time, &end.state);
-    locks.iter().zip(early).zip(late).zip(last).all(|(((lock, early), late), last)| {
+    let early = system.velocities(from.time + third, &early);
+    let late = system.velocities(end.time - third, &late);
+    let last = system.velocities(end.time, &end.state);
+    let velocities = early.entries().iter().zip(late.entries()).zip(last.entries());
+    locks.iter().zip(velocities).all(|(lock, ((&early, &late), &last))| {
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
         let [v0, v1, v2, v3] = [lock.ahead, ahead(early), ahead(late), ahead(last)];
         let sixth: T = lit(1.0 / 6.0);
@@ -163,22 +165,22 @@ pub(super) fn surely_none<T: Scalar, const N: usize, const K: usize>(
 }
 
 /// Whether a trial step takes a contact to the wrong side of zero, and which one first.
-pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
-    system: &impl System<T, N, K>,
-    locks: &[ContactBranch<T>; K],
-    step: &Step<T, N>,
+pub(super) fn first_reversal<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
+    system: &S,
+    locks: &[ContactBranch<T>],
+    step: &Step<T, V>,
     smallest_step: T,
 ) -> Reversal<T> {
     let half: T = lit(0.5);
-    let velocities = |fraction: T| {
-        system.sliding_velocities(step.time_at(fraction), &step.at_fraction(fraction))
-    };
+    let velocities =
+        |fraction: T| system.velocities(step.time_at(fraction), &step.at_fraction(fraction));
     let middle = velocities(half);
-    let end = system.sliding_velocities(step.end_time, &step.end);
+    let end = system.velocities(step.end_time, &step.end);
     let duration = (step.end_time - step.start_time).abs();
     let mut first = Reversal::None;
     let mut earliest = T::one();
-    for (index, ((lock, middle), end)) in locks.iter().zip(middle).zip(end).enumerate() {
+    let known = middle.entries().iter().zip(end.entries());
+    for (index, (lock, (&middle, &end))) in locks.iter().zip(known).enumerate() {
         if !(middle.is_finite() && end.is_finite()) {
             return Reversal::Unknown;
         }
@@ -186,7 +188,9 @@ pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
             continue;
         }
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
-        let at = |fraction: T| velocities(fraction).get(index).map_or(T::zero(), |&v| ahead(v));
+        let at = |fraction: T| {
+            velocities(fraction).entries().get(index).map_or(T::zero(), |&v| ahead(v))
+        };
         let search = Search {
             // On the wrong side by noise, or in the first step by the inexact place of the
             // reversal. To forgive more would keep a creeping contact on the wrong branch for ever,

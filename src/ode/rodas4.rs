@@ -6,6 +6,7 @@
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
 use super::stepper::OneStep;
+use super::storage::States;
 use super::tolerance::ToleranceRange;
 use crate::Scalar;
 
@@ -13,11 +14,11 @@ use crate::Scalar;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rodas4;
 
-impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas4 {
-    type Stepper = Rosenbrock<Self, T, N, 6>;
+impl<T: Scalar, V: States<T>> OneStep<T, V> for Rodas4 {
+    type Stepper = Rosenbrock<Self, T, V, 6>;
 
-    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
-        Rosenbrock::new()
+    fn stepper(&self, _tolerance: f64, state: &V) -> Self::Stepper {
+        Rosenbrock::new(state)
     }
 
     fn tolerance_range(&self) -> ToleranceRange {

@@ -8,6 +8,7 @@
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
 use super::stepper::OneStep;
+use super::storage::States;
 use super::tolerance::ToleranceRange;
 use crate::Scalar;
 
@@ -15,11 +16,11 @@ use crate::Scalar;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rodas5P;
 
-impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas5P {
-    type Stepper = Rosenbrock<Self, T, N, 8>;
+impl<T: Scalar, V: States<T>> OneStep<T, V> for Rodas5P {
+    type Stepper = Rosenbrock<Self, T, V, 8>;
 
-    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
-        Rosenbrock::new()
+    fn stepper(&self, _tolerance: f64, state: &V) -> Self::Stepper {
+        Rosenbrock::new(state)
     }
 
     fn tolerance_range(&self) -> ToleranceRange {

@@ -12,11 +12,10 @@
 use core::fmt::Debug;
 use core::marker::PhantomData;
 
-use nalgebra::{SMatrix, SVector};
-
 use super::dense_output::DenseOutput;
 use super::explicit::{combine, entry, for_each_stage, row};
 use super::stepper::{Field, Point, Stepper, TrialStep};
+use super::storage::{Entries, States, eliminate, slices, substitute};
 use super::system::Linearisation;
 use crate::Scalar;
 use crate::scalar::lit;
@@ -40,13 +39,15 @@ pub(crate) trait RosenbrockTableau: Debug + Copy {
 }
 
 /// A Rosenbrock method with S stages.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Rosenbrock<B, T: Scalar, const N: usize, const S: usize> {
-    u: [SVector<T, N>; S],
+#[derive(Debug, Clone)]
+pub(crate) struct Rosenbrock<B, T: Scalar, V: States<T>, const S: usize> {
+    u: [V; S],
+    /// The right-hand side of the stage solved last.
+    right: V,
     /// The derivatives where the next step starts.
-    at_start: Linearisation<T, N>,
+    at_start: Linearisation<V, V::Matrix>,
     /// The derivatives where the last trial ends.
-    at_end: Linearisation<T, N>,
+    at_end: Linearisation<V, V::Matrix>,
     /// 1/(hγ) of the last trial.
     shift: T,
     /// Whether something grows faster than that where the step starts.
@@ -55,119 +56,150 @@ pub(crate) struct Rosenbrock<B, T: Scalar, const N: usize, const S: usize> {
 }
 
 /// What the stages of one trial step share.
-struct NextStep<'a, T: Scalar, const N: usize> {
-    from: &'a Point<T, N>,
+struct NextStep<'a, T: Scalar, V: States<T>> {
+    from: &'a Point<T, V>,
     step: T,
     per_step: T,
-    factors: SMatrix<T, N, N>,
+    factors: V::Matrix,
     /// The state at which the last stage was evaluated.
-    state: SVector<T, N>,
+    state: V,
 }
 
-impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock<B, T, N, S> {
+impl<B: RosenbrockTableau, T: Scalar, V: States<T>, const S: usize> Rosenbrock<B, T, V, S> {
     /// The Jacobian where the next step starts.
-    pub(super) fn jacobian(&self) -> &SMatrix<T, N, N> {
+    pub(super) fn jacobian(&self) -> &V::Matrix {
         &self.at_start.by_state
     }
 
     /// Solves for stage I, if the method has it.
     #[inline(always)]
-    fn stage<const I: usize>(&mut self, field: &mut impl Field<T, N>, trial: &mut NextStep<T, N>) {
+    fn stage<const I: usize>(&mut self, field: &mut impl Field<T, V>, trial: &mut NextStep<T, V>) {
         if I >= S {
             return;
         }
-        trial.state = if I < B::WEIGHTS.len() {
-            trial.from.state + combine!(self.u, row(B::WEIGHTS, I))
+        let states = trial.state.count();
+        if I < B::WEIGHTS.len() {
+            let [start] = slices(states, [&trial.from.state]);
+            let to = &mut trial.state.entries_mut()[..states];
+            combine!(self.u, row(B::WEIGHTS, I), states, |i, sum| to[i] = start[i] + sum);
         } else {
-            trial.state + self.u[I - 1]
-        };
-        let time = trial.from.time + trial.step * lit(const { entry(B::TIMES, I) });
-        let mut right = field.rate(time, &trial.state);
-        right += combine!(self.u, row(B::COUPLING, I)) * trial.per_step;
-        let weight = const { entry(B::TIME_WEIGHTS, I) };
-        if weight != 0.0 {
-            right += self.at_start.by_time * (trial.step * lit(weight));
+            for (entry, &u) in trial.state.entries_mut().iter_mut().zip(self.u[I - 1].entries()) {
+                *entry += u;
+            }
         }
-        self.u[I] = solution(&trial.factors, right);
+        let time = trial.from.time + trial.step * lit(const { entry(B::TIMES, I) });
+        field.rate_to(time, &trial.state, &mut self.right);
+        let weight = const { entry(B::TIME_WEIGHTS, I) };
+        let of_time = trial.step * lit(weight);
+        let [by_time] = slices(states, [&self.at_start.by_time]);
+        let right = &mut self.right.entries_mut()[..states];
+        combine!(self.u, row(B::COUPLING, I), states, |i, sum| {
+            right[i] += sum * trial.per_step;
+            if weight != 0.0 {
+                right[i] += by_time[i] * of_time;
+            }
+        });
+        solve::<T, V>(&trial.factors, &self.right, &mut self.u[I]);
     }
 }
 
-impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock<B, T, N, S> {
+impl<B: RosenbrockTableau, T: Scalar, V: States<T>, const S: usize> Rosenbrock<B, T, V, S> {
     /// The method at the start of a run.
-    pub(super) fn new() -> Self {
+    pub(super) fn new(state: &V) -> Self {
         const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };
-        const { assert!(B::EXTENSION.len() < 4) };
-        let (zero, by_state) = (SVector::zeros(), SMatrix::zeros());
-        let unknown = Linearisation { rate: zero, by_state, by_time: zero };
-        let (at_start, at_end, tableau) = (unknown, unknown, PhantomData);
-        Self { u: [zero; S], at_start, at_end, shift: T::zero(), is_outgrown: false, tableau }
+        const { assert!(B::EXTENSION.len() == 2 || B::EXTENSION.len() == 3) };
+        let zero = || V::filled(state.count(), T::zero());
+        let unknown = || Linearisation { rate: zero(), by_state: state.matrix(), by_time: zero() };
+        Self {
+            u: core::array::from_fn(|_| zero()),
+            right: zero(),
+            at_start: unknown(),
+            at_end: unknown(),
+            shift: T::zero(),
+            is_outgrown: false,
+            tableau: PhantomData,
+        }
     }
 }
 
-impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
-    for Rosenbrock<B, T, N, S>
+impl<B: RosenbrockTableau, T: Scalar, V: States<T>, const S: usize> Stepper<T, V>
+    for Rosenbrock<B, T, V, S>
 {
-    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+    fn begin<F: Field<T, V>>(&mut self, field: &mut F, point: &mut Point<T, V>) {
         self.at_start = field.linearised(point.time, &point.state);
-        point.rate = self.at_start.rate;
+        point.rate.clone_from(&self.at_start.rate);
     }
 
     #[inline(always)]
-    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
+    fn step(&mut self, field: &mut impl Field<T, V>, from: &Point<T, V>, h: T) -> TrialStep<T, V> {
         let per_step = T::one() / h;
         self.shift = per_step / lit(B::GAMMA);
-        let factors = factorised(self.jacobian(), self.shift);
-        self.is_outgrown = is_outgrown(&factors);
+        let factors = factorised::<T, V>(from.state.count(), self.jacobian(), self.shift);
+        self.is_outgrown = is_outgrown(from.state.count(), factors.entries());
         let first: T = lit(const { entry(B::TIME_WEIGHTS, 0) });
-        let right = self.at_start.rate + self.at_start.by_time * (h * first);
-        self.u[0] = solution(&factors, right);
-        let mut trial = NextStep { from, step: h, per_step, factors, state: from.state };
+        let (first, Linearisation { rate, by_time, .. }) = (h * first, &self.at_start);
+        for i in 0..from.state.count() {
+            self.right[i] = rate[i] + by_time[i] * first;
+        }
+        solve::<T, V>(&factors, &self.right, &mut self.u[0]);
+        let mut trial = NextStep { from, step: h, per_step, factors, state: from.state.clone() };
         for_each_stage!(self.stage(field, &mut trial));
-        let error = self.u[S - 1];
-        let state = trial.state + error;
-        TrialStep { state, error, coarse_error: None, order: B::ERROR_ORDER }
+        let error = self.u[S - 1].clone();
+        let state = error.with(&trial.state, |error, state| state + error);
+        TrialStep { state, error, coarse_error: None, order: B::ERROR_ORDER, scalar: PhantomData }
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+    fn arrive<F: Field<T, V>>(&mut self, field: &mut F, end: &mut Point<T, V>) {
         self.at_end = field.linearised(end.time, &end.state);
-        end.rate = self.at_end.rate;
+        end.rate.clone_from(&self.at_end.rate);
     }
 
     #[inline]
     fn represents_growth(&self) -> bool {
-        let at_end = factorised(&self.at_end.by_state, self.shift);
-        !self.is_outgrown && !is_outgrown(&at_end)
+        let states = self.right.count();
+        let at_end = factorised::<T, V>(states, &self.at_end.by_state, self.shift);
+        !self.is_outgrown && !is_outgrown(states, at_end.entries())
     }
 
     #[inline]
-    fn jacobians_of_step<F: Field<T, N>>(
+    fn jacobians_of_step<F: Field<T, V>>(
         &mut self,
         _field: &mut F,
-        _from: &Point<T, N>,
-        _end: &Point<T, N>,
-    ) -> [SMatrix<T, N, N>; 2] {
-        [self.at_start.by_state, self.at_end.by_state]
+        _from: &Point<T, V>,
+        _end: &Point<T, V>,
+    ) -> [&V::Matrix; 2] {
+        [&self.at_start.by_state, &self.at_end.by_state]
     }
 
-    fn dense_output<F: Field<T, N>>(
+    fn dense_output<F: Field<T, V>>(
         &mut self,
         _field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> DenseOutput<T, N> {
-        let terms = [
-            end.state - from.state,
-            combine!(self.u, row(B::EXTENSION, 0)),
-            combine!(self.u, row(B::EXTENSION, 1)),
-            combine!(self.u, row(B::EXTENSION, 2)),
-        ];
-        DenseOutput::new(from.state, &terms[..=B::EXTENSION.len()])
+        from: &Point<T, V>,
+        end: &Point<T, V>,
+    ) -> DenseOutput<T, V> {
+        let states = end.state.count();
+        macro_rules! term {
+            ($index:literal) => {{
+                let mut term = V::filled(states, T::zero());
+                let to = &mut term.entries_mut()[..states];
+                combine!(self.u, row(B::EXTENSION, $index), states, |i, sum| to[i] = sum);
+                term
+            }};
+        }
+        let chord = end.state.with(&from.state, |end, start| end - start);
+        let mut own = DenseOutput::new(from.state.clone(), [chord, term!(0), term!(1)]);
+        if B::EXTENSION.len() > 2 {
+            own.push(term!(2));
+        }
+        own
     }
 
     #[inline]
-    fn accepted(&mut self, _step: T, _end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
-        self.at_start = self.at_end;
+    fn accepted(&mut self, _step: T, _end: &Point<T, V>, proposed: Option<T>) -> Option<T> {
+        self.at_start.rate.clone_from(&self.at_end.rate);
+        self.at_start.by_state.clone_from(&self.at_end.by_state);
+        self.at_start.by_time.clone_from(&self.at_end.by_time);
         proposed
     }
 }
@@ -182,28 +214,18 @@ const WORN: f64 = 1e-4;
 /// would grow by about e⁴ within the step. Such a step is not accurate: the result is NaN, and the
 /// driver tries a shorter one.
 #[inline(always)]
-fn factorised<T: Scalar, const N: usize>(
-    jacobian: &SMatrix<T, N, N>,
-    shift: T,
-) -> SMatrix<T, N, N> {
-    let mut lu = -jacobian;
-    for i in 0..N {
-        lu[(i, i)] += shift;
+fn factorised<T: Scalar, V: States<T>>(states: usize, jacobian: &V::Matrix, shift: T) -> V::Matrix {
+    let mut lu = jacobian.clone();
+    lu.entries_mut().iter_mut().for_each(|entry| *entry = -*entry);
+    for i in 0..states {
+        lu.entries_mut()[i * states + i] += shift;
     }
-    for k in 0..N {
-        let before = shift + jacobian[(k, k)].abs();
-        let pivot = lu[(k, k)];
-        let sound = pivot.abs() > before * lit(WORN);
-        let inverse = if sound { T::one() / pivot } else { T::nan() };
-        lu[(k, k)] = inverse;
-        for i in k + 1..N {
-            let multiplier = lu[(i, k)] * inverse;
-            lu[(i, k)] = multiplier;
-            for j in k + 1..N {
-                let row = lu[(k, j)];
-                lu[(i, j)] -= multiplier * row;
-            }
-        }
+    for k in 0..states {
+        let before = shift + jacobian.entries()[k * states + k].abs();
+        eliminate(states, lu.entries_mut(), k, |pivot| {
+            let sound = pivot.abs() > before * lit(WORN);
+            if sound { T::one() / pivot } else { T::nan() }
+        });
     }
     lu
 }
@@ -214,31 +236,15 @@ fn factorised<T: Scalar, const N: usize>(
 /// With s = 1/(hγ) a solution of the test equation ẋ = λx then grows by more than e^(1/γ) over the
 /// step, while that of the method changes its sign or dies out, as one with λ < 0 does: a breakaway
 /// from a rest that has become unstable would be missed, without an error to estimate.
-fn is_outgrown<T: Scalar, const N: usize>(lu: &SMatrix<T, N, N>) -> bool {
-    (0..N).fold(false, |is_odd, i| is_odd ^ (lu[(i, i)] < T::zero()))
+fn is_outgrown<T: Scalar>(states: usize, lu: &[T]) -> bool {
+    (0..states).fold(false, |is_odd, i| is_odd ^ (lu[i * states + i] < T::zero()))
 }
 
 /// Solves (sI − J) x = right by the factors.
 #[inline(always)]
-fn solution<T: Scalar, const N: usize>(
-    lu: &SMatrix<T, N, N>,
-    right: SVector<T, N>,
-) -> SVector<T, N> {
-    let mut x = right;
-    for i in 1..N {
-        for j in 0..i {
-            let below = x[j];
-            x[i] -= lu[(i, j)] * below;
-        }
-    }
-    for i in (0..N).rev() {
-        for j in i + 1..N {
-            let above = x[j];
-            x[i] -= lu[(i, j)] * above;
-        }
-        x[i] *= lu[(i, i)];
-    }
-    x
+fn solve<T: Scalar, V: States<T>>(lu: &V::Matrix, right: &V, x: &mut V) {
+    x.clone_from(right);
+    substitute(lu.entries(), x.entries_mut());
 }
 
 /// The laws that every tableau keeps, whatever its order.
@@ -335,7 +341,7 @@ pub(super) mod laws {
 #[cfg(test)]
 mod tests {
     use super::{factorised, is_outgrown};
-    use nalgebra::Matrix3;
+    use nalgebra::{Matrix3, Vector3};
 
     #[test]
     fn growth_is_outgrown_by_an_odd_number_of_eigenvalues_beyond_the_shift() {
@@ -343,7 +349,8 @@ mod tests {
         for number in 0..8 {
             let [a, b, c] = [0, 1, 2].map(|i| if number >> i & 1 == 1 { 25.0 } else { 4.0 });
             let jacobian = Matrix3::new(a, 7.0, 2.0, 0.0, b, -3.0, 0.0, 0.0, c);
-            let found = is_outgrown(&factorised(&jacobian, 10.0));
+            let found =
+                is_outgrown(3, factorised::<_, Vector3<f64>>(3, &jacobian, 10.0).as_slice());
             assert_eq!(found, u32::count_ones(number) % 2 == 1, "{jacobian}");
         }
     }

@@ -7,6 +7,7 @@ use nalgebra::SVector;
 
 use super::explicit::{Explicit, ExplicitTableau};
 use super::stepper::OneStep;
+use super::storage::States;
 use super::system::System;
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
@@ -19,11 +20,11 @@ use crate::{Branch, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RungeKutta4;
 
-impl<T: Scalar, const N: usize> OneStep<T, N> for RungeKutta4 {
-    type Stepper = Explicit<Self, T, N, 5>;
+impl<T: Scalar, V: States<T>> OneStep<T, V> for RungeKutta4 {
+    type Stepper = Explicit<Self, T, V, 5>;
 
-    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
-        Explicit::new()
+    fn stepper(&self, _tolerance: f64, state: &V) -> Self::Stepper {
+        Explicit::new(state)
     }
 }
 

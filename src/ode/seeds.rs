@@ -15,10 +15,11 @@
 //!
 //! since Pᵐ keeps what grows fastest, where (hJ)² is (hμ)² if μ is real, and nearly so if λ ≪ ω.
 
-use nalgebra::{ComplexField, SMatrix, SVector};
+use nalgebra::ComplexField;
 
 use super::controller::rough_power;
-use super::growth::{Exponential, MANY};
+use super::growth::{Exponential, MANY, trace};
+use super::storage::{Entries, States, euclidean, product};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
@@ -72,15 +73,16 @@ impl<T: Scalar> Seeds<T> {
     /// longer than the one looked at last. Answers with a shorter one if it does not follow what
     /// grows, for a method of an order with a tolerance of a step, relative to the scales.
     #[inline]
-    pub(super) fn shorter<const N: usize>(
+    pub(super) fn shorter<V: States<T>>(
         &mut self,
-        growth: &SMatrix<T, N, N>,
+        growth: &V::Matrix,
         (length, remaining): (T, T),
-        scales: &SVector<T, N>,
+        scales: &V,
         (order, tolerance): (u8, f64),
     ) -> Option<T> {
         self.since += 1;
-        if self.since < const { look(N) } && length <= self.seen * lit(const { longer(N) }) {
+        let states = scales.count();
+        if self.since < look(states) && length <= self.seen * lit(longer(states)) {
             return None;
         }
         let matters = MATTERS * to_f64(length / remaining);
@@ -108,12 +110,13 @@ fn longer_by((rate, swing): (f64, f64), (order, tolerance): (u8, f64)) -> f64 {
 }
 
 /// hλ of what grows fastest, and its |hμ|; none if hλ is not so large that it matters.
-fn fastest<T: Scalar, const N: usize>(
-    growth: &SMatrix<T, N, N>,
-    scales: &SVector<T, N>,
+fn fastest<T: Scalar, V: States<T>>(
+    growth: &V::Matrix,
+    scales: &V,
     matters: f64,
 ) -> Option<(f64, f64)> {
-    let size = norm(growth, scales);
+    let (states, a) = (scales.count(), growth.entries());
+    let size = norm(a, scales);
     let (most, halvings) = PART;
     let mut part = T::one();
     for _ in 0..halvings {
@@ -121,46 +124,53 @@ fn fastest<T: Scalar, const N: usize>(
             part *= lit(0.5);
         }
     }
-    let mut power = SMatrix::identity();
-    Exponential::new(&(growth * part)).apply_to(&mut power);
+    let mut power = scales.matrix();
+    for i in 0..states {
+        power.entries_mut()[i * states + i] = T::one();
+    }
+    power = Exponential::<T, V>::new(scales, a, part).apply_to(power);
     // e^(hJ·exponent − shift).
     let (mut exponent, mut shift) = (to_f64(part), 0.0);
     let mut small = lit::<T>(matters * exponent).exp();
-    let dimension = to_f64(lit::<T>(N as f64).ln());
+    let dimension = to_f64(lit::<T>(states as f64).ln());
     loop {
-        let size = norm(&power, scales);
+        let size = norm(power.entries(), scales);
         if shift == 0.0 && size <= small {
             return None;
         }
         if size > lit(1e12) {
-            power /= size;
+            power.entries_mut().iter_mut().for_each(|entry| *entry /= size);
             shift += to_f64(size.ln());
         }
         if exponent >= 4.0 {
-            let trace = to_f64(power.trace().abs().ln()) + shift;
+            let trace = to_f64(trace(states, power.entries()).abs().ln()) + shift;
             let rate = (trace - dimension) / exponent;
             if exponent >= 32.0 && rate * exponent > 16.0 * (dimension + 1.0) {
                 if rate < matters {
                     return None;
                 }
-                let swing = (growth * (growth * power)).norm() / power.norm();
+                let turned = product(states, a, &product(states, a, &power));
+                let swing =
+                    euclidean(states, turned.entries()) / euclidean(states, power.entries());
                 return Some((rate, to_f64(swing.sqrt())));
             }
         }
         if !(exponent < POWER) {
             return None;
         }
-        power *= power;
+        power = product(states, power.entries(), &power);
         small *= small;
         (exponent, shift) = (exponent * 2.0, shift * 2.0);
     }
 }
 
 /// The largest sum of a row, in units of the scales.
-fn norm<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>, scales: &SVector<T, N>) -> T {
+fn norm<T: Scalar, V: States<T>>(matrix: &[T], scales: &V) -> T {
+    let states = scales.count();
     let mut most = T::zero();
-    for i in 0..N {
-        let row = (0..N).fold(T::zero(), |sum, j| sum + matrix[(i, j)].abs() * scales[j]);
+    for i in 0..states {
+        let entries = (0..states).map(|j| matrix[j * states + i].abs() * scales[j]);
+        let row = entries.fold(T::zero(), |sum, entry| sum + entry);
         most = most.larger(row / scales[i]);
     }
     most

@@ -2,18 +2,20 @@
 
 use core::ops::{ControlFlow, Range};
 
-use nalgebra::SVector;
-
+use super::Automatic;
 use super::event::{Event, Occurrence};
 use super::failure::Failure;
 #[cfg(feature = "alloc")]
 use super::failure::StopReason;
 use super::integration::Integration;
 use super::progress::StepControl;
+use super::statistics::Statistics;
 use super::step::Step;
-use super::stepper::{Method, Stepper};
+use super::stepper::{OneStep, Stepper};
+use super::storage::States;
+use super::system::Equations;
+use super::tolerance::Tolerances;
 use super::tolerance::check;
-use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
 use crate::parameter::{Named, ParameterError};
 
@@ -37,37 +39,37 @@ const LENIENT: f64 = 1.5;
 /// stores a trajectory. Forward in time only: a bristle forgets, so backward its errors grow as
 /// e^λt, and an answer would be made of rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solver<T: Scalar, M, const N: usize> {
+pub struct Solver<T: Scalar, M, V> {
     pub(super) method: M,
     pub(super) control: StepControl<T>,
     /// Of one step; none for fixed steps.
-    pub(super) tolerances: Option<Tolerances<T, N>>,
+    pub(super) tolerances: Option<Tolerances<T, V>>,
     /// The relative error that the solution aims at; none if its error is not estimated.
     pub(super) aim: Option<f64>,
     /// Whether sliding directions are locked, and steps split at reversals and input kinks.
     pub(super) locks: bool,
 }
 
-impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
+impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
     /// Steps chosen so that the solution meets the tolerances: those of one step are four
     /// thousand times as tight, and a run over which errors grow by more than that stops, see the
     /// [module](super). [`Solver::solve`] begins with looser steps, and repeats the run if needed.
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
-    pub fn checked(method: M, tolerances: Tolerances<T, N>) -> Self {
+    pub fn checked(method: M, tolerances: Tolerances<T, V>) -> Self {
         let aim = tolerances.aim(method.tolerance_range());
         Self { aim: Some(aim), ..Self::adaptive(method, tolerances.of_a_step(aim)) }
     }
 
     /// The largest estimated error of the solution over the tolerances of a step, if it has one.
     pub(super) fn most_growth(&self) -> Option<f64> {
-        Some(self.tolerances?.most_growth(self.aim?))
+        Some(self.tolerances.as_ref()?.most_growth(self.aim?))
     }
 
     /// Steps chosen so that the local error of each one meets the tolerances, as in a general ODE
     /// code. For scenes whose error you measure yourself: breakaway amplifies local errors, and
     /// with loose tolerances a slip comes late, or is missed without notice.
-    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
+    pub fn adaptive(method: M, tolerances: Tolerances<T, V>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
         let (control, tolerances) = (StepControl::adaptive(), Some(tolerances));
         Self { method, control, tolerances, aim: None, locks: true }
@@ -77,8 +79,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// estimated.
     #[cfg(feature = "alloc")]
     pub(super) fn first_attempt(&self) -> Option<Self> {
-        let first = self.tolerances?.at_first(self.aim?, self.method.tolerance_range());
-        Some(Self { tolerances: Some(first), ..*self })
+        let first = self.tolerances.clone()?.at_first(self.aim?, self.method.tolerance_range());
+        Some(Self { tolerances: Some(first), ..self.clone() })
     }
 
     /// The solver to try after this one failed, where the one given is that for a stream.
@@ -86,9 +88,10 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     pub(super) fn next_attempt(&self, careful: &Self, reason: StopReason) -> Option<Self> {
         match reason {
             StopReason::ErrorsGrow { times } => {
-                let tighter = self.tolerances?.times(f64::max(SAFETY / times, MOST_AT_ONCE))?;
+                let tighter =
+                    self.tolerances.as_ref()?.times(f64::max(SAFETY / times, MOST_AT_ONCE))?;
                 let aim = self.aim.map(|aim| aim * LENIENT);
-                Some(Self { tolerances: Some(tighter), aim, ..*self })
+                Some(Self { tolerances: Some(tighter), aim, ..self.clone() })
             }
             // Tighter steps meet a jump of the right-hand side just so.
             StopReason::EndlessReversals { .. }
@@ -97,7 +100,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             | StopReason::Refused(_)
             | StopReason::TooManySteps { .. } => None,
             // Loose steps may leave the range where the right-hand side is sound.
-            _ if self.most_growth() < careful.most_growth() => Some(*careful),
+            _ if self.most_growth() < careful.most_growth() => Some(careful.clone()),
             _ => None,
         }
     }
@@ -118,10 +121,10 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 
     /// The error of each state that is allowed where it is found.
     #[inline]
-    pub(super) fn scale(&self, state: &SVector<T, N>) -> SVector<T, N> {
+    pub(super) fn scale(&self, state: &V) -> V {
         match &self.tolerances {
             Some(tolerances) => tolerances.at(state),
-            None => SVector::repeat(T::one()),
+            None => state.like(|_| T::one()),
         }
     }
 
@@ -166,24 +169,33 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// Refuses a time or a state that is not finite, a span that ends before it starts or is
     /// shorter than 10⁻³⁰ s but not empty, a first or largest step that does not advance the time,
     /// and a right-hand side that is not finite at the start.
-    pub fn begin<'a, S: System<T, N, K>, const K: usize>(
+    #[allow(clippy::type_complexity, reason = "a run is of a system and of a method")]
+    pub fn begin<'a, S: Equations<T, V, K> + ?Sized, K>(
         &self,
         system: &'a S,
         span: Range<T>,
-        initial_state: SVector<T, N>,
-    ) -> Result<Integration<'a, T, S, M, N, K>, Failure<T, N>> {
-        let refuse = |error| Failure::refused(error, span.start, initial_state);
+        initial_state: V,
+    ) -> Result<Integration<'a, T, V, S, M, K>, Failure<T, V>> {
+        let refuse = |error| Failure::refused(error, span.start, initial_state.clone());
         if self.tolerances.is_some() {
             self.method.check_adaptive().map_err(refuse)?;
         }
+        let tolerances =
+            self.tolerances.as_ref().map_or(system.states(), |it| it.absolute().count());
+        for (name, count) in [("initial_state", initial_state.count()), ("tolerances", tolerances)]
+        {
+            let is_right = count == system.states();
+            let rule = "be as many as the system has states";
+            Named(name, count as f64).stated(is_right, rule).map_err(refuse)?;
+        }
         Named("span.start", span.start).finite().map_err(refuse)?;
         Named("span.end", span.end).finite().map_err(refuse)?;
-        for (index, &value) in initial_state.iter().enumerate() {
+        for (index, &value) in initial_state.entries().iter().enumerate() {
             let checked = Named("initial_state", value).finite();
             ParameterError::of_component(index, checked).map_err(refuse)?;
         }
         let span = (span.start, span.end);
-        Integration::new(*self, system, span, initial_state)
+        Integration::new(self.clone(), system, span, initial_state)
     }
 
     /// Runs over a time span \[s\], handing every step and every event to an observer.
@@ -213,14 +225,14 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Says why the run ended before its time, when and where; the observer has seen every step
     /// until then.
-    pub fn stream<S: System<T, N, K>, O: Observer<T, N>, const K: usize>(
+    pub fn stream<S: Equations<T, V, K> + ?Sized, O: Observer<T, V>, K>(
         &self,
         system: &S,
         span: Range<T>,
-        initial_state: SVector<T, N>,
-        events: &[Event<'_, T, N>],
+        initial_state: V,
+        events: &[Event<'_, T, V>],
         observer: &mut O,
-    ) -> Result<Summary<T, N>, Failure<T, N>> {
+    ) -> Result<Summary<T, V>, Failure<T, V>> {
         let mut run = self.begin(system, span, initial_state)?;
         let mut end = None;
         while end.is_none()
@@ -231,25 +243,25 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             end = if !events.is_empty() {
                 with_events(events, step, observer)
             } else if observer.step(step).is_break() {
-                Some((None, step.end_time, step.end))
+                Some((None, step.end_time, step.end.clone()))
             } else {
                 None
             };
         }
-        let (event, time, state) = end.unwrap_or((None, run.time(), *run.state()));
+        let (event, time, state) = end.unwrap_or_else(|| (None, run.time(), run.state().clone()));
         Ok(Summary { time, state, event, statistics: run.statistics() })
     }
 }
 
-impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
+impl<T: Scalar, V: States<T>> Solver<T, Automatic, V> {
     /// The default: methods and steps chosen from a tolerance alone, relative to a typical
-    /// magnitude of each state ([`System::scales`]).
+    /// magnitude of each state ([`System::scales`](super::System::scales)).
     ///
     /// # Errors
     ///
     /// Refuses a tolerance that is not positive, above 0.1 or below 10 ε, and a scale that is not
     /// positive.
-    pub fn automatic(tolerance: T, scales: SVector<T, N>) -> Result<Self, ParameterError> {
+    pub fn automatic(tolerance: T, scales: V) -> Result<Self, ParameterError> {
         check("tolerance", tolerance)?;
         Ok(Self::checked(Automatic, Tolerances::scaled(tolerance, scales)?))
     }
@@ -258,11 +270,11 @@ impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
 /// Tells an observer of a step, cut at the first event that stops the run, and of its events in
 /// the order of time. If the run ends there, answers with that event, if there is one, the time
 /// and the state.
-fn with_events<T: Scalar, O: Observer<T, N>, const N: usize>(
-    events: &[Event<'_, T, N>],
-    step: &Step<T, N>,
+fn with_events<T: Scalar, V: States<T>, O: Observer<T, V>>(
+    events: &[Event<'_, T, V>],
+    step: &Step<T, V>,
     observer: &mut O,
-) -> Option<(Option<usize>, T, SVector<T, N>)> {
+) -> Option<(Option<usize>, T, V)> {
     let stop = next_event(events, step, true, None);
     let cut = stop.map(|(fraction, _)| step.until(fraction));
     let step = cut.as_ref().unwrap_or(step);
@@ -273,9 +285,9 @@ fn with_events<T: Scalar, O: Observer<T, N>, const N: usize>(
         is_over |= observer.event(&Occurrence { index, time, state }).is_break();
         last = Some((fraction, index));
     }
-    let (time, state) = (step.end_time, step.end);
+    let (time, state) = (step.end_time, step.end.clone());
     if let Some((_, index)) = stop {
-        let _ = observer.event(&Occurrence { index, time, state });
+        let _ = observer.event(&Occurrence { index, time, state: state.clone() });
         return Some((Some(index), time, state));
     }
     is_over.then_some((None, time, state))
@@ -284,9 +296,9 @@ fn with_events<T: Scalar, O: Observer<T, N>, const N: usize>(
 /// The first event in a step that stops the run, or does not, after a fraction of the step and the
 /// place in the list of the event there: the fraction at which it happens, and its place in the
 /// list. Of several events at once, the first in the list.
-fn next_event<T: Scalar, const N: usize>(
-    events: &[Event<'_, T, N>],
-    step: &Step<T, N>,
+fn next_event<T: Scalar, V: States<T>>(
+    events: &[Event<'_, T, V>],
+    step: &Step<T, V>,
     stops: bool,
     after: Option<(T, usize)>,
 ) -> Option<(T, usize)> {
@@ -299,9 +311,9 @@ fn next_event<T: Scalar, const N: usize>(
 }
 
 /// Who is told of the steps and events of a run. A closure that takes a [`Step`] is one.
-pub trait Observer<T: Scalar, const N: usize> {
+pub trait Observer<T: Scalar, V: States<T>> {
     /// A step was accepted. Breaking ends the run there.
-    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()>;
+    fn step(&mut self, step: &Step<T, V>) -> ControlFlow<()>;
 
     /// Whether the observer will ask the step between these times for a state other than at its
     /// end. If not, some methods save the evaluations of their dense output, and a state within the
@@ -312,14 +324,14 @@ pub trait Observer<T: Scalar, const N: usize> {
     }
 
     /// An event happened within the step just reported. Breaking ends the run at the step's end.
-    fn event(&mut self, occurrence: &Occurrence<T, N>) -> ControlFlow<()> {
+    fn event(&mut self, occurrence: &Occurrence<T, V>) -> ControlFlow<()> {
         let _ = occurrence;
         ControlFlow::Continue(())
     }
 }
 
-impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observer<T, N> for F {
-    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
+impl<T: Scalar, V: States<T>, F: FnMut(&Step<T, V>) -> ControlFlow<()>> Observer<T, V> for F {
+    fn step(&mut self, step: &Step<T, V>) -> ControlFlow<()> {
         self(step)
     }
 }
@@ -327,11 +339,11 @@ impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observ
 /// Final time and state, terminating event and evaluation counts of a run whose steps were streamed
 /// to an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Summary<T, const N: usize> {
+pub struct Summary<T, V> {
     /// Time reached \[s\].
     pub time: T,
     /// State there.
-    pub state: SVector<T, N>,
+    pub state: V,
     /// The event that ended the run, by its place in the list. `None` if it ended with the time
     /// span, or where the observer broke off.
     pub event: Option<usize>,

@@ -11,12 +11,11 @@
 //! between two stages. It is asked for the rates on its curve in a tenth as many pieces: they have
 //! to be its slopes.
 
-use nalgebra::SVector;
-
-use super::System;
 use super::integration::Integration;
 use super::locked::Interval;
-use super::stepper::{Field, Method, Point, Stepper};
+use super::stepper::{Field, OneStep, Point, Stepper};
+use super::storage::States;
+use super::system::Equations;
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
@@ -38,34 +37,34 @@ const MOVING: f64 = 10.0;
 /// The slope of a curve is that over this part of the step to both sides.
 const NEAR: f64 = 1e-3;
 
-impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
-    Integration<'_, T, S, M, N, K>
+impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, K>
+    Integration<'_, T, V, S, M, K>
 {
     /// Answers with a shorter step where the rates would move a state within one piece farther from
     /// the curve than its tolerance, and than the whole step moves any.
     #[inline]
-    pub(super) fn unseen(&mut self, end: &Point<T, N>, interval: Interval<T>) -> Option<T> {
+    pub(super) fn unseen(&mut self, end: &Point<T, V>, interval: Interval<T>) -> Option<T> {
         let step = end.time - self.point.time;
         let count = to_f64(step / self.progress.span()) * PIECES;
         if !(count > LEAST) {
             return None;
         }
-        let size = |change: &SVector<T, N>| to_f64(change.component_div(&end.scale).amax());
-        let moved = size(&(end.state - self.point.state));
+        let size = |change: V| to_f64(change.over(&end.scale));
+        let moved = size(end.state.with(&self.point.state, |end, start| end - start));
         if !(moved < HARDLY) {
             return self.passed_over(end, interval, count / MOVING);
         }
-        let curve = self.step.dense_output;
+        let curve = self.step.dense_output.clone();
         let (_, mut field, from) = self.parts(interval);
-        let (piece, mut within, mut before) = (step * lit(1.0 / count), 0.5, from.state);
+        let (piece, mut within, mut before) = (step * lit(1.0 / count), 0.5, from.state.clone());
         for number in 0..count as u32 {
             let done = f64::from(number);
             let after = curve.at(lit((done + 1.0) / count));
-            if !(size(&(after - from.state)) < HARDLY) {
+            if !(size(after.with(&from.state, |after, start| after - start)) < HARDLY) {
                 return None;
             }
             let rate = field.rate(from.time + piece * lit(done + within), &from.state);
-            if !(size(&(rate * piece + before - after)) <= moved.max(1.0)) {
+            if !(size(after.like(|i| rate[i] * piece + before[i] - after[i])) <= moved.max(1.0)) {
                 return Some(piece * lit(done.max(0.5)));
             }
             before = after;
@@ -77,7 +76,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     /// The same over some pieces of a step over which states move: with a shorter one where its
     /// curve strays within one of them by more than the solution may be off.
     #[cold]
-    fn passed_over(&mut self, end: &Point<T, N>, interval: Interval<T>, count: f64) -> Option<T> {
+    fn passed_over(&mut self, end: &Point<T, V>, interval: Interval<T>, count: f64) -> Option<T> {
         let most = self.most_growth.filter(|_| !self.stepper.stability().is_empty())?;
         let (stepper, mut field, from) = self.parts(interval);
         let curve = stepper.dense_output(&mut field, from, end);
@@ -85,9 +84,10 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         for number in 0..count as u32 {
             let place = lit::<T>((f64::from(number) + within) / count);
             let rate = field.rate(from.time + step * place, &curve.at(place));
-            let way = curve.at(place + lit(NEAR)) - curve.at(place - lit(NEAR));
-            let off = (rate * step - way * lit::<T>(0.5 / NEAR)) * lit::<T>(1.0 / count);
-            if !(to_f64(off.component_div(&end.scale).amax()) <= most) {
+            let (after, before) = (curve.at(place + lit(NEAR)), curve.at(place - lit(NEAR)));
+            let way = after.with(&before, |after, before| (after - before) * lit(0.5 / NEAR));
+            let off = rate.with(&way, |rate, way| (rate * step - way) * lit(1.0 / count));
+            if !(to_f64(off.over(&end.scale)) <= most) {
                 return Some(step * place * lit(0.9));
             }
             within = (within + GOLDEN) % 1.0;

@@ -1,7 +1,11 @@
 //! The system of ordinary differential equations that an integrator solves.
 
-use nalgebra::{SMatrix, SVector};
+use core::fmt::Debug;
 
+use nalgebra::SVector;
+
+use super::step::Few;
+use super::storage::{Entries, States};
 use crate::{Branch, Scalar};
 
 /// A mechanism with N states and K sliding contacts: ẋ = f(t, x).
@@ -67,7 +71,7 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
         time: T,
         state: &SVector<T, N>,
         branches: [Branch; K],
-    ) -> Option<Linearisation<T, N>> {
+    ) -> Option<super::Linearisation<T, N>> {
         let _ = (time, state, branches);
         None
     }
@@ -120,7 +124,7 @@ impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize> Sys
         time: T,
         state: &SVector<T, N>,
         branches: [Branch; K],
-    ) -> Option<Linearisation<T, N>> {
+    ) -> Option<super::Linearisation<T, N>> {
         (**self).linearised(time, state, branches)
     }
 
@@ -142,11 +146,107 @@ impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize> Sys
 
 /// A right-hand side and its partial derivatives at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linearisation<T, const N: usize> {
+pub struct Linearisation<V, A> {
     /// f(t, x).
-    pub rate: SVector<T, N>,
+    pub rate: V,
     /// The Jacobian ∂f/∂x: entry (i, j) is ∂fᵢ/∂xⱼ.
-    pub by_state: SMatrix<T, N, N>,
+    pub by_state: A,
     /// ∂f/∂t.
-    pub by_time: SVector<T, N>,
+    pub by_time: V,
+}
+
+/// A system as the driver sees it: every [`System`] with K contacts, and
+/// every [`dynamic::System`](super::dynamic::System).
+pub trait Equations<T: Scalar, V: States<T>, K> {
+    /// A value for each contact.
+    type Contacts<X: Copy + Debug>: Entries<X>;
+
+    /// The number of states.
+    fn states(&self) -> usize;
+
+    /// The number of contacts.
+    fn contacts(&self) -> usize;
+
+    /// [`System::rate`], written over a vector.
+    fn rate_to(&self, time: T, state: &V, branches: &Self::Contacts<Branch>, rate: &mut V);
+
+    /// [`System::sliding_velocities`].
+    fn velocities(&self, time: T, state: &V) -> Self::Contacts<T>;
+
+    /// [`System::linearised`].
+    fn tangent(
+        &self,
+        time: T,
+        state: &V,
+        branches: &Self::Contacts<Branch>,
+    ) -> Option<Linearisation<V, V::Matrix>>;
+
+    /// [`System::next_kink`].
+    fn kink(&self, time: T, towards: T) -> Option<T>;
+
+    /// [`System::longest_step`].
+    fn limit(&self) -> Option<T>;
+
+    /// [`System::scales`].
+    fn magnitudes(&self) -> V;
+}
+
+/// Of K contacts, a number known when the program is compiled.
+#[derive(Debug, Clone, Copy)]
+pub struct Fixed<const K: usize>;
+
+impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize>
+    Equations<T, SVector<T, N>, Fixed<K>> for S
+{
+    type Contacts<X: Copy + Debug> = [X; K];
+
+    #[inline(always)]
+    fn states(&self) -> usize {
+        N
+    }
+
+    #[inline(always)]
+    fn contacts(&self) -> usize {
+        const { assert!(K <= Few::MOST, "a system may have 128 contacts at most") };
+        K
+    }
+
+    #[inline(always)]
+    fn rate_to(
+        &self,
+        time: T,
+        x: &SVector<T, N>,
+        branches: &[Branch; K],
+        rate: &mut SVector<T, N>,
+    ) {
+        *rate = self.rate(time, x, *branches);
+    }
+
+    #[inline(always)]
+    fn velocities(&self, time: T, state: &SVector<T, N>) -> [T; K] {
+        self.sliding_velocities(time, state)
+    }
+
+    #[inline(always)]
+    fn tangent(
+        &self,
+        time: T,
+        state: &SVector<T, N>,
+        branches: &[Branch; K],
+    ) -> Option<super::Linearisation<T, N>> {
+        self.linearised(time, state, *branches)
+    }
+
+    #[inline(always)]
+    fn kink(&self, time: T, towards: T) -> Option<T> {
+        self.next_kink(time, towards)
+    }
+
+    fn limit(&self) -> Option<T> {
+        self.longest_step()
+    }
+
+    fn magnitudes(&self) -> SVector<T, N> {
+        self.scales()
+    }
 }

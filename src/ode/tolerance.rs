@@ -1,8 +1,11 @@
 //! How accurate each state shall be.
 
-use nalgebra::{ComplexField, SVector};
+use core::marker::PhantomData;
+
+use nalgebra::ComplexField;
 
 use super::controller::rough_power;
+use super::storage::States;
 use crate::Scalar;
 use crate::parameter::{Named, ParameterError};
 use crate::scalar::{lit, to_f64};
@@ -91,26 +94,27 @@ const MOST_ACCEPTED: f64 = 300.0;
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerances<T, const N: usize> {
-    relative: SVector<T, N>,
-    absolute: SVector<T, N>,
+pub struct Tolerances<T, V> {
+    relative: V,
+    absolute: V,
+    scalar: PhantomData<T>,
 }
 
-impl<T: Scalar, const N: usize> Tolerances<T, N> {
+impl<T: Scalar, V: States<T>> Tolerances<T, V> {
     /// Relative tolerances \[–\] and absolute ones, in the unit of each state; all positive.
     ///
     /// # Errors
     ///
     /// Names the component that is not positive, and a relative tolerance that the rounding of the
     /// scalar type would exceed: below 10 ε, that is 2·10⁻¹⁵ in `f64` and 1.2·10⁻⁶ in `f32`.
-    pub fn new(relative: SVector<T, N>, absolute: SVector<T, N>) -> Result<Self, ParameterError> {
-        for (index, &value) in relative.iter().enumerate() {
+    pub fn new(relative: V, absolute: V) -> Result<Self, ParameterError> {
+        for (index, &value) in relative.entries().iter().enumerate() {
             ParameterError::of_component(index, check("relative", value))?;
         }
-        for (index, &value) in absolute.iter().enumerate() {
+        for (index, &value) in absolute.entries().iter().enumerate() {
             ParameterError::of_component(index, Named("absolute", value).positive())?;
         }
-        Ok(Self { relative, absolute })
+        Ok(Self { relative, absolute, scalar: PhantomData })
     }
 
     /// A relative tolerance for every state, and the same fraction of its typical magnitude as
@@ -119,17 +123,17 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     /// # Errors
     ///
     /// Refuses a tolerance or a scale that is not positive, and a tolerance below 10 ε.
-    pub fn scaled(relative: T, scales: SVector<T, N>) -> Result<Self, ParameterError> {
+    pub fn scaled(relative: T, scales: V) -> Result<Self, ParameterError> {
         check("relative", relative)?;
-        for (index, &scale) in scales.iter().enumerate() {
+        for (index, &scale) in scales.entries().iter().enumerate() {
             ParameterError::of_component(index, Named("scales", scale).positive())?;
         }
-        Self::new(SVector::repeat(relative), scales * relative)
+        Self::new(scales.like(|_| relative), scales.like(|i| scales[i] * relative))
     }
 
     /// The largest of the relative tolerances.
     pub(super) fn largest(&self) -> f64 {
-        self.relative.iter().fold(0.0, |most, &part| f64::max(most, to_f64(part)))
+        self.relative.entries().iter().fold(0.0, |most, &part| f64::max(most, to_f64(part)))
     }
 
     /// The relative error that a solution with these tolerances aims at.
@@ -140,7 +144,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     /// The largest estimated error of a solution over these tolerances of its steps, by its aim.
     pub(super) fn most_growth(&self, aim: f64) -> f64 {
         let roundings = f64::min(ROUNDINGS * to_f64(T::default_epsilon()), MOST_ACCEPTED * aim);
-        let alone = ComplexField::sqrt(f64::max(N as f64 / 3.0, 1.0));
+        let alone = ComplexField::sqrt(f64::max(self.relative.count() as f64 / 3.0, 1.0));
         (ACCEPTED * alone * aim).max(roundings) / self.largest()
     }
 
@@ -157,37 +161,34 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     }
 
     /// So many times these, or no less than rounding allows; none if little is left to gain.
-    pub(super) fn times(mut self, times: f64) -> Option<Self> {
+    pub(super) fn times(&self, times: f64) -> Option<Self> {
         let finest = FINEST * to_f64(T::default_epsilon());
-        let least = self.relative.iter().fold(1.0, |least, &part| f64::min(least, to_f64(part)));
+        let least =
+            self.relative.entries().iter().fold(1.0, |least, &part| f64::min(least, to_f64(part)));
         let times = times.max((finest / least).min(1.0));
         if times <= 1.0 && times > 0.5 {
             return None;
         }
         let part: T = lit(times);
-        self.relative *= part;
-        self.absolute *= part;
-        Some(self)
+        let of = |tolerance: &V| tolerance.like(|i| tolerance[i] * part);
+        let (relative, absolute) = (of(&self.relative), of(&self.absolute));
+        Some(Self { relative, absolute, scalar: PhantomData })
     }
 
     /// The absolute tolerance of each state.
-    pub fn absolute(&self) -> &SVector<T, N> {
+    pub fn absolute(&self) -> &V {
         &self.absolute
     }
 
     /// The relative tolerance of each state.
-    pub fn relative(&self) -> &SVector<T, N> {
+    pub fn relative(&self) -> &V {
         &self.relative
     }
 
     /// The error allowed each state where it is found.
     #[inline]
-    pub(super) fn at(&self, state: &SVector<T, N>) -> SVector<T, N> {
-        let mut allowed = self.absolute;
-        for i in 0..N {
-            allowed[i] += self.relative[i] * state[i].abs();
-        }
-        allowed
+    pub(super) fn at(&self, state: &V) -> V {
+        state.like(|i| self.absolute[i] + self.relative[i] * state[i].abs())
     }
 }
 

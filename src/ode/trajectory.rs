@@ -4,14 +4,15 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::{ControlFlow, Range};
 
-use nalgebra::SVector;
-
+use super::dense_output::MOST_TERMS;
 use super::event::{Event, Occurrence};
 use super::failure::{Failure, StopReason};
-use super::solver::{Observer, Solver};
+use super::solver::{Observer, Solver, Summary};
+use super::statistics::Statistics;
 use super::step::Step;
-use super::stepper::Method;
-use super::{Statistics, Summary, System};
+use super::stepper::OneStep;
+use super::storage::States;
+use super::system::Equations;
 use crate::Scalar;
 use crate::parameter::{Named, ParameterError, Rule};
 use crate::scalar::lit;
@@ -36,18 +37,18 @@ pub enum Output<'a, T> {
 
 /// A stored solution: states over time, the events that happened, and what the run cost.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trajectory<T, const N: usize> {
+pub struct Trajectory<T: Scalar, V: States<T>> {
     times: Vec<T>,
-    states: Vec<SVector<T, N>>,
+    states: Vec<V>,
     /// Empty unless the output is dense.
-    steps: Vec<Step<T, N>>,
-    events: Vec<Occurrence<T, N>>,
-    reversals: Vec<Occurrence<T, N>>,
+    steps: Vec<Step<T, V>>,
+    events: Vec<Occurrence<T, V>>,
+    reversals: Vec<Occurrence<T, V>>,
     stopped_by: Option<usize>,
     statistics: Statistics,
 }
 
-impl<T: Scalar, const N: usize> Trajectory<T, N> {
+impl<T: Scalar, V: States<T>> Trajectory<T, V> {
     fn empty() -> Self {
         Self {
             times: Vec::new(),
@@ -66,17 +67,17 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     }
 
     /// The states at the stored times.
-    pub fn states(&self) -> &[SVector<T, N>] {
+    pub fn states(&self) -> &[V] {
         &self.states
     }
 
     /// Times and states together.
-    pub fn iter(&self) -> impl Iterator<Item = (T, &SVector<T, N>)> {
+    pub fn iter(&self) -> impl Iterator<Item = (T, &V)> {
         self.times.iter().copied().zip(&self.states)
     }
 
     /// The last stored time and state; `None` if nothing was stored.
-    pub fn last(&self) -> Option<(T, &SVector<T, N>)> {
+    pub fn last(&self) -> Option<(T, &V)> {
         Some((*self.times.last()?, self.states.last()?))
     }
 
@@ -101,23 +102,23 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     /// assert_eq!(motion.at(9.1), None);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn at(&self, time: T) -> Option<SVector<T, N>> {
+    pub fn at(&self, time: T) -> Option<V> {
         let Some(first) = self.steps.first() else {
             // A run over no time, or one that failed at once, has one state.
             let [only] = self.times[..] else { return None };
-            return self.states.first().copied().filter(|_| time == only);
+            return self.states.first().cloned().filter(|_| time == only);
         };
         let step = self.steps.get(self.steps.partition_point(|step| step.end_time < time))?;
         (time >= first.start_time).then(|| step.at(time))
     }
 
     /// The reversals of sliding directions at which a step was split, in the order of the run.
-    pub fn reversals(&self) -> &[Occurrence<T, N>] {
+    pub fn reversals(&self) -> &[Occurrence<T, V>] {
         &self.reversals
     }
 
     /// The events that happened, in the order of the run.
-    pub fn events(&self) -> &[Occurrence<T, N>] {
+    pub fn events(&self) -> &[Occurrence<T, V>] {
         &self.events
     }
 
@@ -132,19 +133,19 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     }
 }
 
-impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
+impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
     /// Runs over a time span \[s\] and stores the solution.
     ///
     /// # Errors
     ///
     /// Says why the run ended before its time, and keeps what was stored until then.
-    pub fn solve<S: System<T, N, K>, const K: usize>(
+    pub fn solve<S: Equations<T, V, K> + ?Sized, K>(
         &self,
         system: &S,
         span: Range<T>,
-        initial_state: SVector<T, N>,
+        initial_state: V,
         output: Output<'_, T>,
-    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
+    ) -> Result<Trajectory<T, V>, Box<Failure<T, V>>> {
         self.solve_with_events(system, span, initial_state, &[], output)
     }
 
@@ -153,20 +154,20 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// # Errors
     ///
     /// Says why the run ended before its time, and keeps what was stored until then.
-    pub fn solve_with_events<S: System<T, N, K>, const K: usize>(
+    pub fn solve_with_events<S: Equations<T, V, K> + ?Sized, K>(
         &self,
         system: &S,
         span: Range<T>,
-        initial_state: SVector<T, N>,
-        events: &[Event<'_, T, N>],
+        initial_state: V,
+        events: &[Event<'_, T, V>],
         output: Output<'_, T>,
-    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
+    ) -> Result<Trajectory<T, V>, Box<Failure<T, V>>> {
         let Some(mut solver) = self.first_attempt() else {
-            return self.attempt(system, span, initial_state, events, output);
+            return self.attempt(system, span, initial_state.clone(), events, output);
         };
         let mut spent = Statistics::default();
         loop {
-            match solver.attempt(system, span.clone(), initial_state, events, output) {
+            match solver.attempt(system, span.clone(), initial_state.clone(), events, output) {
                 Ok(mut trajectory) => {
                     trajectory.statistics = trajectory.statistics.after(&spent);
                     return Ok(trajectory);
@@ -188,20 +189,20 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         }
     }
 
-    fn attempt<S: System<T, N, K>, const K: usize>(
+    fn attempt<S: Equations<T, V, K> + ?Sized, K>(
         &self,
         system: &S,
         span: Range<T>,
-        initial_state: SVector<T, N>,
-        events: &[Event<'_, T, N>],
+        initial_state: V,
+        events: &[Event<'_, T, V>],
         output: Output<'_, T>,
-    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
+    ) -> Result<Trajectory<T, V>, Box<Failure<T, V>>> {
         let mut recorder = Recorder::new(output, span.clone());
         if let Err(error) = recorder.check() {
-            return Err(Box::new(Failure::refused(error, span.start, initial_state)));
+            return Err(Box::new(Failure::refused(error, span.start, initial_state.clone())));
         }
         recorder.start(&initial_state);
-        let ended = self.stream(system, span, initial_state, events, &mut recorder);
+        let ended = self.stream(system, span, initial_state.clone(), events, &mut recorder);
         let (stored, full) = (recorder.trajectory, recorder.full);
         match ended {
             Ok(Summary { time, state, statistics, .. }) if full => {
@@ -226,8 +227,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 }
 
 /// Solves a system over a time span \[s\], given nothing but a tolerance: relative to each state's
-/// typical magnitude, which the system has to tell ([`System::scales`]). Methods and steps are
-/// chosen and changed on the way ([`Solver::automatic`]).
+/// typical magnitude, which the system has to tell ([`System::scales`](super::System::scales)).
+/// Methods and steps are chosen and changed on the way ([`Solver::automatic`]).
 ///
 /// ```
 /// use bristle::ode::{self, Output};
@@ -248,15 +249,15 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 /// # Errors
 ///
 /// Says why the run ended before its time, and keeps what was stored until then.
-pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
+pub fn solve<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
     system: &S,
     span: Range<T>,
-    initial_state: SVector<T, N>,
+    initial_state: V,
     tolerance: T,
     output: Output<'_, T>,
-) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
-    let solver = Solver::automatic(tolerance, system.scales())
-        .map_err(|error| Failure::refused(error, span.start, initial_state))?;
+) -> Result<Trajectory<T, V>, Box<Failure<T, V>>> {
+    let solver = Solver::automatic(tolerance, system.magnitudes())
+        .map_err(|error| Failure::refused(error, span.start, initial_state.clone()))?;
     solver.solve(system, span, initial_state, output)
 }
 
@@ -264,7 +265,7 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
 const MOST_BYTES: usize = 1 << 30;
 
 /// The observer that stores.
-struct Recorder<'a, T, const N: usize> {
+struct Recorder<'a, T: Scalar, V: States<T>> {
     output: Output<'a, T>,
     span: Range<T>,
     /// The time of the next sample.
@@ -273,10 +274,10 @@ struct Recorder<'a, T, const N: usize> {
     most_bytes: usize,
     /// Whether there is no room for more.
     full: bool,
-    trajectory: Trajectory<T, N>,
+    trajectory: Trajectory<T, V>,
 }
 
-impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
+impl<'a, T: Scalar, V: States<T>> Recorder<'a, T, V> {
     fn new(output: Output<'a, T>, span: Range<T>) -> Self {
         let trajectory = Trajectory::empty();
         Self { output, span, next: None, most_bytes: MOST_BYTES, full: false, trajectory }
@@ -316,9 +317,11 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
     }
 
     /// Whether there is room for one more step.
-    fn has_room(&mut self) -> bool {
+    fn has_room(&mut self, state: &V) -> bool {
+        // The state, and the curve of a step.
+        let on_heap = state.on_heap() * (MOST_TERMS + 3);
         let Trajectory { times, states, steps, .. } = &mut self.trajectory;
-        let of_step = size_of::<T>() + size_of::<SVector<T, N>>() + size_of::<Step<T, N>>();
+        let of_step = size_of::<T>() + size_of::<V>() + size_of::<Step<T, V>>() + on_heap;
         let is_dense = self.output == Output::Dense;
         times.len() < self.most_bytes / of_step
             && times.try_reserve(1).is_ok()
@@ -326,7 +329,7 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
             && (!is_dense || steps.try_reserve(1).is_ok())
     }
 
-    fn store(&mut self, time: T, state: SVector<T, N>) {
+    fn store(&mut self, time: T, state: V) {
         self.trajectory.times.push(time);
         self.trajectory.states.push(state);
     }
@@ -347,7 +350,7 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
     }
 
     /// Stores the samples up to a time.
-    fn sample(&mut self, reached: T, state: impl Fn(T) -> SVector<T, N>) {
+    fn sample(&mut self, reached: T, state: impl Fn(T) -> V) {
         while let Some(time) = self.next
             && time <= reached
         {
@@ -357,42 +360,46 @@ impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
     }
 
     /// Stores what lies at the very start.
-    fn start(&mut self, state: &SVector<T, N>) {
+    fn start(&mut self, state: &V) {
         if self.is_by_step() {
-            self.store(self.span.start, *state);
+            self.store(self.span.start, state.clone());
         }
         self.next = self.next_sample();
-        self.sample(self.span.start, |_| *state);
+        self.sample(self.span.start, |_| state.clone());
     }
 }
 
-impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
+impl<T: Scalar, V: States<T>> Observer<T, V> for Recorder<'_, T, V> {
     fn needs_dense_output(&self, _start_time: T, end_time: T) -> bool {
         self.output == Output::Dense || self.next.is_some_and(|time| time < end_time)
     }
 
-    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
+    fn step(&mut self, step: &Step<T, V>) -> ControlFlow<()> {
         if self.is_by_step() {
-            if !self.has_room() {
+            if !self.has_room(&step.end) {
                 self.full = true;
                 return ControlFlow::Break(());
             }
-            self.store(step.end_time, step.end);
+            self.store(step.end_time, step.end.clone());
         }
         if self.output == Output::Dense {
-            self.trajectory.steps.push(*step);
+            self.trajectory.steps.push(step.clone());
         }
-        let (time, state) = (step.start_time, *step.start());
-        let at_start = step.reversals_at_start().map(|index| Occurrence { index, time, state });
-        let (time, state) = (step.end_time, step.end);
-        let at_end = step.reversal.map(|index| Occurrence { index, time, state });
-        self.trajectory.reversals.extend(at_start.chain(at_end));
+        let reversals = &mut self.trajectory.reversals;
+        for index in step.reversals_at_start() {
+            let (time, state) = (step.start_time, step.start().clone());
+            reversals.push(Occurrence { index, time, state });
+        }
+        if let Some(index) = step.reversal {
+            let (time, state) = (step.end_time, step.end.clone());
+            reversals.push(Occurrence { index, time, state });
+        }
         self.sample(step.end_time, |time| step.at(time));
         ControlFlow::Continue(())
     }
 
-    fn event(&mut self, occurrence: &Occurrence<T, N>) -> ControlFlow<()> {
-        self.trajectory.events.push(*occurrence);
+    fn event(&mut self, occurrence: &Occurrence<T, V>) -> ControlFlow<()> {
+        self.trajectory.events.push(occurrence.clone());
         ControlFlow::Continue(())
     }
 }
@@ -431,7 +438,8 @@ mod tests {
             recorder.most_bytes = 2000;
             recorder.start(&Vector1::new(0.0));
             let start = Vector1::new(0.0);
-            let ended = solver.stream(&Swing, 0.0..100.0, start, &[], &mut recorder).unwrap();
+            let ended = solver.stream(&Swing, 0.0..100.0, start, &[], &mut recorder);
+            let ended = ended.unwrap();
             assert!(recorder.full && ended.time < 100.0, "{output:?}");
             let stored = recorder.trajectory.times.len();
             assert!(stored > 1 && stored * 16 <= 2000, "{output:?}: {stored}");

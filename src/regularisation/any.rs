@@ -8,7 +8,6 @@ use crate::{Scalar, Sliding};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
 pub enum AnyRegularisation<T: Scalar> {
     /// |v| as it is.

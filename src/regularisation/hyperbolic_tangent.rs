@@ -1,6 +1,6 @@
 //! The hyperbolic-tangent regularisation.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::regularisation::Regularisation;
 use crate::scalar::lit;
 use crate::{Scalar, Sliding};
@@ -31,7 +31,7 @@ impl<T: Scalar> HyperbolicTangent<T> {
     /// # Errors
     ///
     /// Refuses a v_t that is not positive.
-    pub fn new(threshold_velocity: T) -> Result<Self, ParameterError> {
+    pub fn new(threshold_velocity: T) -> Checked<Self> {
         Ok(Self { threshold: Named("threshold_velocity", threshold_velocity).positive()? })
     }
 

@@ -19,7 +19,7 @@ use crate::{Scalar, Sliding};
 ///
 /// | regularisation | \|v\|_ε | take it if |
 /// |---|---|---|
-/// | [`Unregularised`] | \|v\| | nothing else is asked for: bodies stick, and the solvers of this crate locate the kink |
+/// | [`Unregularised`] | \|v\| | nothing else is asked for: bodies stick, solvers find the kink |
 /// | [`SquareRoot`] | √(v² + ε) | a solver of your own needs a smooth field, or a source gives ε |
 /// | [`HyperbolicTangent`] | v coth(v/v_t) | the parameters are those of a multibody code |
 /// | [`AnyRegularisation`] | one of these | it is chosen at run time |

@@ -1,6 +1,6 @@
 //! The square-root regularisation.
 
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::regularisation::Regularisation;
 use crate::{Scalar, Sliding};
 
@@ -27,7 +27,7 @@ impl<T: Scalar> SquareRoot<T> {
     /// # Errors
     ///
     /// Refuses an ε that is not positive.
-    pub fn new(regularisation: T) -> Result<Self, ParameterError> {
+    pub fn new(regularisation: T) -> Checked<Self> {
         Ok(Self { epsilon: Named("regularisation", regularisation).positive()? })
     }
 

@@ -5,7 +5,7 @@ use core::hint::black_box;
 use nalgebra::SVector;
 
 use super::{ElementBounds, Elements};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named, ParameterError};
 use crate::rheology::Rheology;
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
@@ -26,11 +26,7 @@ pub struct MaxwellArm<T> {
 
 impl<T: Scalar> MaxwellArm<T> {
     /// Checks stiffness and damping under the names they have in a bristle.
-    pub(super) fn check(
-        &self,
-        stiffness: &'static str,
-        damping: &'static str,
-    ) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, stiffness: &'static str, damping: &'static str) -> Checked<()> {
         Named(stiffness, self.stiffness).positive()?;
         self.series_damping.map_or(Ok(()), |value| Named(damping, value).positive().map(drop))
     }
@@ -38,7 +34,7 @@ impl<T: Scalar> MaxwellArm<T> {
     /// Checks the fastest decay rate K/η of a spring beside others. The modes of the step separate
     /// coinciding springs by 1e-60 of the fastest rate (1e-17 for `f32`), which must remain
     /// negligible over any run.
-    pub(super) fn check_decay(&self) -> Result<(), ParameterError> {
+    pub(super) fn check_decay(&self) -> Checked<()> {
         let single = T::default_epsilon() > lit(1e-10);
         let limit: T = lit(if single { 1e10 } else { 1e50 });
         let (name, what) = ("stiffness over series_damping", "the fastest decay of an arm [1/s]");
@@ -139,13 +135,13 @@ impl<T: Scalar, const N: usize> GeneralisedMaxwell<T, N> {
     /// Names the parameter that is out of its range, and the arm. Refuses a bristle without arms,
     /// and an arm with a decay rate Kᵢ/ηᵢ above 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can
     /// tell from an instant: leave it out.
-    pub fn new(parameters: GeneralisedMaxwellParameters<T, N>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: GeneralisedMaxwellParameters<T, N>) -> Checked<Self> {
         let GeneralisedMaxwellParameters { arms, micro_damping } = parameters;
         Named("arms", N).count(1)?;
-        for (i, arm) in arms.iter().enumerate() {
-            let checked = arm.check("arms.stiffness", "arms.series_damping");
-            ParameterError::of_component(i, checked.and_then(|()| arm.check_decay()))?;
-        }
+        ParameterError::of_components(&arms, |arm| {
+            arm.check("arms.stiffness", "arms.series_damping")?;
+            arm.check_decay()
+        })?;
         Ok(Self { arms, damping: Named("micro_damping", micro_damping).non_negative()? })
     }
 

@@ -1,7 +1,7 @@
 //! A spring and a dashpot side by side.
 
 use super::{ElementBounds, Elements};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::rheology::Rheology;
 use crate::{Bounds, Scalar, Sliding};
 
@@ -58,7 +58,7 @@ impl<T: Scalar> KelvinVoigt<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn new(parameters: KelvinVoigtParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: KelvinVoigtParameters<T>) -> Checked<Self> {
         Ok(Self {
             stiffness: Named("micro_stiffness", parameters.micro_stiffness).positive()?,
             damping: Named("micro_damping", parameters.micro_damping).non_negative()?,

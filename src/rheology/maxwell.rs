@@ -1,7 +1,7 @@
 //! A spring and a dashpot in series.
 
 use super::{ElementBounds, Elements};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::rheology::Rheology;
 use crate::{Bounds, Scalar, Sliding};
 
@@ -62,7 +62,7 @@ impl<T: Scalar> Maxwell<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn new(parameters: MaxwellParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: MaxwellParameters<T>) -> Checked<Self> {
         Named("micro_stiffness", parameters.micro_stiffness).positive()?;
         Named("series_damping", parameters.series_damping).positive()?;
         Ok(Self(parameters))

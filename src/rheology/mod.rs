@@ -133,12 +133,14 @@ impl<T: Scalar> ElementBounds<T> {
 /// friction model. For that the stiffness of the springs should be constant; dashpots may depend on
 /// the velocity.
 ///
-/// | bristle | springs | in steady sliding | take it if |
+/// | bristle | springs | steady sliding | take it if |
 /// |---|---|---|---|
 /// | [`KelvinVoigt`] | one | on the curve | nothing else is known |
-/// | [`Maxwell`] | one, behind a dashpot | creeps | a body under a steady force creeps without end |
-/// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve | a held force relaxes with one time constant, to a part of it that stays |
-/// | [`GeneralisedMaxwell`] | N, some behind dashpots | on the curve, or creeps | storage and loss moduli are measured |
+/// | [`Maxwell`] | one, behind a dashpot | creeps | a steady force moves a body without end |
+/// | [`zener`] | two, one behind a dashpot | on the curve | a held force relaxes to a part |
+/// | [`GeneralisedMaxwell`] | N, some behind dashpots | either | moduli are measured |
+///
+/// [`zener`]: GeneralisedMaxwell::zener
 ///
 /// # Energy
 ///

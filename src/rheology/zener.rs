@@ -2,7 +2,7 @@
 
 use super::{GeneralisedMaxwell, MaxwellArm};
 use crate::Scalar;
-use crate::parameter::ParameterError;
+use crate::parameter::Checked;
 
 /// Parameters of a Zener bristle, see [`GeneralisedMaxwell::zener`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,7 +103,7 @@ impl<T: Scalar> GeneralisedMaxwell<T, 2> {
     /// Names the parameter that is out of its range. Also refuses a decay rate K₁/η above
     /// 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can tell from an instant.
     #[doc(alias = "standard linear solid")]
-    pub fn zener(parameters: ZenerParameters<T>) -> Result<Self, ParameterError> {
+    pub fn zener(parameters: ZenerParameters<T>) -> Checked<Self> {
         let ZenerParameters { static_stiffness, relaxing_stiffness, series_damping } = parameters;
         let arms = [
             MaxwellArm { stiffness: static_stiffness, series_damping: None },

@@ -20,7 +20,7 @@ use nalgebra::Vector4;
 
 use super::{Body, POSITION, VELOCITY};
 use crate::ode::{Linearisation, System};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::lit;
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
@@ -60,18 +60,13 @@ pub struct DiaphragmValve<T: Scalar, M, U> {
 
 const PRESSURE: usize = 3;
 
-impl<T, M, U> DiaphragmValve<T, M, U>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    U: Signal<T>,
-{
+impl<T: Scalar, M: Bristle<T, Deflection = T>, U: Signal<T>> DiaphragmValve<T, M, U> {
     /// Checks the parameters.
     ///
     /// # Errors
     ///
     /// Names the parameter that is out of its range; the opening is checked at time zero.
-    pub fn new(parameters: DiaphragmValveParameters<T, M, U>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: DiaphragmValveParameters<T, M, U>) -> Checked<Self> {
         let mut p = parameters;
         Named("spring_stiffness", p.mechanism.spring_stiffness).positive()?;
         Named("opening", p.opening.value(T::zero())).finite()?;
@@ -92,8 +87,8 @@ where
     }
 
     /// The parameters, as they were given.
-    pub fn parameters(&self) -> DiaphragmValveParameters<T, M, U> {
-        self.parameters.clone()
+    pub fn parameters(&self) -> &DiaphragmValveParameters<T, M, U> {
+        &self.parameters
     }
 
     /// The state in which pressure and spring have settled at the opening asked for at a time,

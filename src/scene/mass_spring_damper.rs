@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 
 use super::{Body, POSITION, VELOCITY};
 use crate::ode::{Linearisation, System};
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::is_zero;
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
@@ -66,18 +66,13 @@ pub struct MassSpringDamper<T: Scalar, M, F = T> {
     inverse_mass: T,
 }
 
-impl<T, M, F> MassSpringDamper<T, M, F>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    F: Signal<T>,
-{
+impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MassSpringDamper<T, M, F> {
     /// Checks the parameters.
     ///
     /// # Errors
     ///
     /// Names the parameter that is out of its range; the force is checked at time zero.
-    pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Checked<Self> {
         Named("force", parameters.force.value(T::zero())).finite()?;
         let mechanism = parameters.mechanism.checked()?;
         Named("drive_velocity", parameters.drive_velocity).finite()?;
@@ -92,23 +87,8 @@ where
     }
 
     /// The parameters, as they were given.
-    pub fn parameters(&self) -> MassSpringDamperParameters<T, M, F> {
-        self.parameters.clone()
-    }
-
-    /// The contact.
-    pub fn contact(&self) -> &Contact<T, M> {
-        &self.parameters.contact
-    }
-
-    /// Mass, spring and damper.
-    pub fn mechanism(&self) -> Mechanism<T> {
-        self.parameters.mechanism
-    }
-
-    /// The applied force f(t).
-    pub fn force(&self) -> &F {
-        &self.parameters.force
+    pub fn parameters(&self) -> &MassSpringDamperParameters<T, M, F> {
+        &self.parameters
     }
 
     /// The state at rest at the origin with an undeflected bristle.

@@ -12,7 +12,6 @@ use crate::Scalar;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
 pub enum AnySignal<T: Scalar> {
     /// A number that does not change.

@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use super::Signal;
 use crate::Scalar;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named, ParameterError};
 
 /// One corner of a [`Polyline`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,23 +45,19 @@ impl<S> Polyline<S> {
     /// # Errors
     ///
     /// Names the point that is not finite or whose time does not increase; refuses an empty list.
-    pub fn new<T: Scalar>(vertices: S) -> Result<Self, ParameterError>
+    pub fn new<T: Scalar>(vertices: S) -> Checked<Self>
     where
         S: AsRef<[Vertex<T>]>,
     {
         Named("vertices", vertices.as_ref().len()).count(1)?;
         let mut previous: Option<Vertex<T>> = None;
-        for (index, vertex) in vertices.as_ref().iter().enumerate() {
-            ParameterError::of_component(index, Named("time", vertex.time).finite())?;
-            ParameterError::of_component(index, Named("value", vertex.value).finite())?;
-            if let Some(before) = previous {
-                let time = Named("time", vertex.time).increasing(before.time);
-                ParameterError::of_component(index, time)?;
-                let slope = (vertex.value - before.value) / (vertex.time - before.time);
-                ParameterError::of_component(index, Named("slope", slope).finite())?;
-            }
-            previous = Some(*vertex);
-        }
+        ParameterError::of_components(vertices.as_ref(), |vertex| {
+            Named("time", vertex.time).finite()?;
+            Named("value", vertex.value).finite()?;
+            let Some(before) = previous.replace(*vertex) else { return Ok(vertex.time) };
+            let interval = Named("time", vertex.time).increasing(before.time)? - before.time;
+            Named("slope", (vertex.value - before.value) / interval).finite()
+        })?;
         Ok(Self { vertices })
     }
 

@@ -2,7 +2,7 @@
 
 use super::Signal;
 use crate::Scalar;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 
 /// Parameters of [`Sine`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ impl<T: Scalar> Sine<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn new(parameters: SineParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: SineParameters<T>) -> Checked<Self> {
         Named("frequency", parameters.frequency).positive()?;
         Named("mean", parameters.mean).finite()?;
         Named("amplitude", parameters.amplitude).finite()?;

@@ -207,7 +207,7 @@ struct Listener {
     break_at_event: bool,
 }
 
-impl Observer<f64, 2> for Listener {
+impl Observer<f64, Vector2<f64>> for Listener {
     fn step(&mut self, step: &Step<f64, 2>) -> ControlFlow<()> {
         self.steps.push((step.start_time(), step.end_time()));
         if self.break_at_step == Some(self.steps.len()) {

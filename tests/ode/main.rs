@@ -5,6 +5,7 @@ mod accuracy;
 mod blind_spots;
 mod dense;
 mod drawn;
+mod dynamic;
 mod events;
 mod failures;
 mod kinks;

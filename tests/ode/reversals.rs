@@ -374,7 +374,7 @@ fn pushed() -> MassSpringDamper<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
 fn a_step_across_the_pole_of_a_locked_branch_is_taken_again() {
     let mass = pushed();
     // Beyond a third of the way to the pole the model answers no more.
-    let rate = |v| mass.contact().rate(Branch::Forward.of(v), 1e-4);
+    let rate = |v| mass.parameters().contact.rate(Branch::Forward.of(v), 1e-4);
     assert!(rate(-0.1).is_nan() && rate(-0.004).is_finite());
     // From 0.1 m/s to −0.3 m/s in a step of 0.02 s; the pole is at −0.0155 m/s. Smaller steps
     // serve as reference.

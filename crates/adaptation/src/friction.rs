@@ -29,7 +29,7 @@
 //! for the filtered balance.
 
 use bristle::nalgebra::{SVector, Vector4};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::rheology::Deflection;
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
@@ -160,7 +160,7 @@ impl<T: Scalar, M: Bristle<T>> AdaptiveFriction<T, M> {
     /// # Errors
     ///
     /// Refuses parameters out of the ranges that their docs say.
-    pub fn new(parameters: AdaptiveFrictionParameters<T, M>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: AdaptiveFrictionParameters<T, M>) -> Checked<Self> {
         let AdaptiveFrictionParameters { model, start, least, most, .. } = parameters;
         let sample_time = Named("sample_time", parameters.sample_time).positive()?;
         let corner = Named("corner", parameters.corner).positive()? * sample_time;

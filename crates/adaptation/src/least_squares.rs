@@ -32,7 +32,7 @@
 
 use bristle::Scalar;
 use bristle::nalgebra::{SMatrix, SVector};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 
 /// Parameters of [`RecursiveLeastSquares`].
@@ -98,18 +98,16 @@ impl<T: Scalar, const N: usize> RecursiveLeastSquares<T, N> {
     ///
     /// Refuses bounds that are not finite or in the wrong order, a start outside them, a noise that
     /// is not positive and a memory of less than 2 N samples.
-    pub fn new(parameters: RecursiveLeastSquaresParameters<T, N>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: RecursiveLeastSquaresParameters<T, N>) -> Checked<Self> {
         let RecursiveLeastSquaresParameters { start, least, most, noise, memory } = parameters;
         let bounds = least.iter().zip(most.iter()).zip(start.iter());
-        for (i, ((&least, &most), &start)) in bounds.enumerate() {
-            let checked = Named("least", least)
-                .finite()
-                .and_then(|least| Named("most", most).at_least("least", least))
-                .and_then(|_| Named("most", most).finite())
-                .and_then(|most| Named("start", start).at_most("most", most))
-                .and_then(|_| Named("start", start).at_least("least", least));
-            ParameterError::of_component(i, checked)?;
-        }
+        ParameterError::of_components(bounds, |((&least, &most), &start)| {
+            Named("least", least).finite()?;
+            Named("most", most).at_least("least", least)?;
+            Named("most", most).finite()?;
+            Named("start", start).at_most("most", most)?;
+            Named("start", start).at_least("least", least)
+        })?;
         let noise = Named("noise", noise).positive()?;
         let memory = Named("memory", memory).positive()?;
         let memory = Named("memory", memory).at_least("2 N samples", lit(2.0 * N as f64))?;

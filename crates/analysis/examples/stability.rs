@@ -352,7 +352,7 @@ fn study<M: Bristle<f64, Deflection = f64>>(
         .map(|(&time, _)| time)
         .collect();
 
-    let mechanism = rig.system.mechanism();
+    let mechanism = rig.system.parameters().mechanism;
     let still = Rig::new(MassSpringDamperParameters {
         drive_velocity: 0.0,
         ..paper::stick_slip_rig(contact.clone())

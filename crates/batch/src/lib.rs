@@ -246,7 +246,7 @@ pub use real::Real;
 struct Readme;
 
 use bristle::Bristle;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use drive::Slices;
 use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict, Reload, Renew, Single, Step};
 use material::{Alike, EXPONENTIAL, GAUSSIAN, Material, OwnModel, RATIONAL, Source, Stored};
@@ -478,9 +478,8 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     ///
     /// Names the index of a reference load that is not positive and finite.
     pub fn measured_at_each(self, reference_loads: &'a [T]) -> Result<Self, BatchError> {
-        for (index, &load) in reference_loads.iter().enumerate() {
-            ParameterError::of_component(index, Named("reference_loads", load).positive())?;
-        }
+        let positive = |&load: &T| Named("reference_loads", load).positive();
+        ParameterError::of_components(reference_loads, positive)?;
         Ok(Self { reference: Reference::Each(reference_loads), ..self })
     }
 
@@ -685,7 +684,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         }
     }
 
-    fn step<const MEASURED: bool>(&self, duration: T) -> Result<Step<T, MEASURED>, ParameterError> {
+    fn step<const MEASURED: bool>(&self, duration: T) -> Checked<Step<T, MEASURED>> {
         let duration = Named("duration", duration).non_negative()?;
         let reference = if let Reference::Shared(load) = self.reference { load } else { T::one() };
         Ok(Step { duration, reference })

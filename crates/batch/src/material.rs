@@ -5,7 +5,7 @@
 use super::BatchError;
 use super::real::{self, Real};
 use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck};
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::KelvinVoigt;
 use bristle::scalar::lit;
@@ -71,15 +71,12 @@ impl<'a, T: Real> Columns<'a, T> {
         for (name, column) in self.named() {
             let zero_too = matches!(name, "viscous_frictions" | "micro_dampings");
             let gate = if zero_too { Named::non_negative } else { Named::positive };
-            for (index, &value) in column.iter().enumerate() {
-                ParameterError::of_component(index, gate(Named(name, value)))?;
-            }
+            ParameterError::of_components(column, |&value| gate(Named(name, value)))?;
         }
         let [(name, statics), (other, dynamics), ..] = self.named();
-        for (index, (&static_, &dynamic)) in statics.iter().zip(dynamics).enumerate() {
-            ParameterError::of_component(index, Named(name, static_).at_least(other, dynamic))?;
-        }
-        Ok(())
+        let pairs = statics.iter().zip(dynamics);
+        let ordered = |(&above, &below): (&T, &T)| Named(name, above).at_least(other, below);
+        Ok(ParameterError::of_components(pairs, ordered)?)
     }
 }
 
@@ -189,7 +186,7 @@ impl<T: Real> AxisMaterial<T> {
 pub trait Uniform<T, const N: usize = 1>: sealed::Model<T, N> {}
 
 pub(super) mod sealed {
-    use super::{Fall, ParameterError};
+    use super::{Checked, Fall};
 
     /// The parameters of a curve that falls from static to dynamic friction.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -224,17 +221,17 @@ pub(super) mod sealed {
 
     /// A model that a batch can compute.
     pub trait Model<T, const N: usize> {
-        fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError>;
+        fn material(&self) -> Checked<(Fall, Material<T, N>)>;
     }
 
     /// A curve that a batch can compute.
     pub trait Curve<T> {
-        fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError>;
+        fn curve(&self) -> Checked<(Fall, Valley<T>)>;
     }
 }
 
 impl<T: Real> sealed::Curve<T> for Stribeck<T> {
-    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
+    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
         let p = self.parameters();
         let exponent = p.stribeck_exponent;
         let fall = if exponent == T::one() {
@@ -251,7 +248,7 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
 }
 
 impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
-    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
+    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
         let p = self.parameters();
         let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
         let valley = Valley::new([static_, dynamic, p.stribeck_velocity, p.viscous_friction]);
@@ -260,14 +257,14 @@ impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
 }
 
 impl<T: Real> sealed::Curve<T> for Coulomb<T> {
-    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
+    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
         let curve = self.parameters();
         Ok((Fall::Rational, Valley::flat(curve.dynamic_coefficient, curve.viscous_friction)))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
-    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
+    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
         match self {
             Self::Coulomb(curve) => curve.curve(),
             Self::Stribeck(curve) => curve.curve(),
@@ -281,14 +278,14 @@ impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
 }
 
 impl<T: Real, C: sealed::Curve<T>> sealed::Model<T, 1> for FrBd<C, KelvinVoigt<T>> {
-    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+    fn material(&self) -> Checked<(Fall, Material<T, 1>)> {
         let (fall, curve) = self.curve().curve()?;
         Ok((fall, Material { curve, axes: [AxisMaterial::of(T::one(), self.rheology())] }))
     }
 }
 
 impl<T: Real, C: sealed::Curve<T>, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N> {
-    fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError> {
+    fn material(&self) -> Checked<(Fall, Material<T, N>)> {
         let (fall, curve) = self.curve().curve()?;
         let axes = self.bristles();
         let axes = axes.map(|axis| AxisMaterial::of(axis.friction_ratio, &axis.bristle));
@@ -298,7 +295,7 @@ impl<T: Real, C: sealed::Curve<T>, const N: usize> sealed::Model<T, N> for Plane
 
 /// Dahl's model is FrBD of a constant curve and a spring.
 impl<T: Real> sealed::Model<T, 1> for Dahl<T> {
-    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+    fn material(&self) -> Checked<(Fall, Material<T, 1>)> {
         let DahlParameters { dynamic_coefficient, micro_stiffness } = self.parameters();
         let curve = Valley::flat(dynamic_coefficient, T::zero());
         let axes = [AxisMaterial::plain(micro_stiffness, T::zero())];
@@ -307,7 +304,7 @@ impl<T: Real> sealed::Model<T, 1> for Dahl<T> {
 }
 
 impl<T: Real> sealed::Model<T, 1> for AnyBristle<T> {
-    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+    fn material(&self) -> Checked<(Fall, Material<T, 1>)> {
         match self {
             Self::FrBd(model) => match model.regularisation() {
                 AnyRegularisation::Unregularised => {
@@ -335,7 +332,7 @@ pub(super) struct OwnModel<'a, T> {
 
 impl<'a, T: Real> OwnModel<'a, T> {
     /// A model whose coefficients depend on the velocity alone.
-    pub(super) fn new<M>(model: &'a M) -> Result<Self, ParameterError>
+    pub(super) fn new<M>(model: &'a M) -> Checked<Self>
     where
         M: Bristle<T, Deflection = T> + Sync,
     {

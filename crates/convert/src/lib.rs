@@ -31,7 +31,7 @@ use alloc::vec::Vec;
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 #[cfg(feature = "alloc")]
 use bristle::curve::{Cubic, Knot, Tabulated};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
@@ -85,7 +85,7 @@ impl<T: Scalar> SimscapeFriction<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
+    pub fn curve(&self) -> Checked<Stribeck<T>> {
         Named("coulomb_friction", self.coulomb_friction).positive()?;
         Named("breakaway_friction", self.breakaway_friction).finite()?;
         let (least, limit) = ("coulomb_friction", self.coulomb_friction);
@@ -161,7 +161,7 @@ impl<T: Scalar> DrakeFriction<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
+    pub fn curve(&self) -> Checked<Stribeck<T>> {
         Named("dynamic_friction", self.dynamic_friction).positive()?;
         Named("static_friction", self.static_friction).finite()?;
         let (least, limit) = ("dynamic_friction", self.dynamic_friction);
@@ -230,7 +230,7 @@ impl<T: Scalar> MujocoFriction<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn curve(&self) -> Result<Coulomb<T>, ParameterError> {
+    pub fn curve(&self) -> Checked<Coulomb<T>> {
         Coulomb::new(CoulombParameters {
             dynamic_coefficient: Named("friction_loss", self.friction_loss).positive()?,
             viscous_friction: Named("damping", self.damping).non_negative()?,
@@ -242,7 +242,7 @@ impl<T: Scalar> MujocoFriction<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn creep_damping(&self) -> Result<T, ParameterError> {
+    pub fn creep_damping(&self) -> Checked<T> {
         let inertia = Named("inertia", self.inertia).positive()?;
         let mut impedance = self.solimp;
         for (index, d) in impedance.iter_mut().enumerate() {
@@ -269,7 +269,7 @@ impl<T: Scalar> MujocoFriction<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn bristle(&self) -> Result<Maxwell<T>, ParameterError> {
+    pub fn bristle(&self) -> Checked<Maxwell<T>> {
         let damping = self.creep_damping()?;
         Maxwell::new(MaxwellParameters {
             micro_stiffness: lit::<T>(4.0) * damping * damping / self.inertia,
@@ -330,7 +330,7 @@ impl<T: Scalar> MujocoDcMotor<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
+    pub fn curve(&self) -> Checked<Stribeck<T>> {
         let coulomb = Named("coulomb_friction", self.coulomb_friction).positive()?;
         let most = Named("static_friction", self.static_friction);
         Stribeck::new(StribeckParameters {
@@ -347,7 +347,7 @@ impl<T: Scalar> MujocoDcMotor<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn bristle(&self) -> Result<KelvinVoigt<T>, ParameterError> {
+    pub fn bristle(&self) -> Checked<KelvinVoigt<T>> {
         KelvinVoigt::new(KelvinVoigtParameters {
             micro_stiffness: Named("stiffness", self.stiffness).positive()?,
             micro_damping: Named("damping", self.damping).non_negative()?,
@@ -359,11 +359,7 @@ impl<T: Scalar> MujocoDcMotor<T> {
     /// # Errors
     ///
     /// Refuses a Stribeck exponent other than two, and a load that is not positive.
-    pub fn of(
-        curve: &Stribeck<T>,
-        bristle: &KelvinVoigt<T>,
-        load: T,
-    ) -> Result<Self, ParameterError> {
+    pub fn of(curve: &Stribeck<T>, bristle: &KelvinVoigt<T>, load: T) -> Checked<Self> {
         let (curve, bristle) = (curve.parameters(), bristle.parameters());
         Named("stribeck_exponent", curve.stribeck_exponent).exactly(lit(2.0))?;
         let load = Named("load", load).positive()?;
@@ -413,19 +409,14 @@ pub fn bearing_friction<T: Scalar>(
     tau_pos: &[[T; 2]],
     peak: T,
     fall_speed: T,
-) -> Result<Tabulated<Vec<Cubic<T>>>, ParameterError> {
+) -> Checked<Tabulated<Vec<Cubic<T>>>> {
     Named("rows of tau_pos", tau_pos.len()).count(1)?;
     let mut previous = None;
-    for (row, &[speed, torque]) in tau_pos.iter().enumerate() {
-        let checked = match previous {
-            None => Named("speed", speed).exactly(T::zero()),
-            Some(last) => Named("speed", speed)
-                .finite()
-                .and_then(|speed| Named("speed", speed).increasing(last)),
-        };
-        previous = Some(ParameterError::of_component(row, checked)?);
-        ParameterError::of_component(row, Named("torque", torque).positive())?;
-    }
+    ParameterError::of_components(tau_pos, |&[speed, torque]| {
+        let (speed, before) = (Named("speed", speed), previous.replace(speed));
+        before.map_or_else(|| speed.exactly(T::zero()), |before| speed.increasing(before))?;
+        Named("torque", torque).positive()
+    })?;
     Named("peak", Named("peak", peak).finite()?).at_least("one", T::one())?;
     Named("fall_speed", fall_speed).positive()?;
     let mut rows = tau_pos.iter().copied();
@@ -531,7 +522,7 @@ impl<T: Scalar> LossyGear<T> {
     ///
     /// Names the parameter that is out of its range. The load law asks for
     /// η_mf1 ≤ 1/(2 − η_mf2) and η_mf2 ≤ 1/(2 − η_mf1).
-    pub fn losses(&self) -> Result<GearLosses<T>, ParameterError> {
+    pub fn losses(&self) -> Checked<GearLosses<T>> {
         let Self { driving_efficiency: drive, back_driving_efficiency: back, .. } = *self;
         let (one, two) = (T::one(), lit::<T>(2.0));
         for (name, value) in [("driving_efficiency", drive), ("back_driving_efficiency", back)] {
@@ -577,7 +568,7 @@ impl<T: Scalar> LossyGear<T> {
         gear: &GearFriction<T, M, TorqueLoad<T>>,
         velocity: T,
         ratio: T,
-    ) -> Result<Self, ParameterError> {
+    ) -> Checked<Self> {
         Named("ratio", ratio).positive()?;
         let speed = Named("velocity", velocity.abs()).positive()?;
         let one = T::one();
@@ -640,7 +631,7 @@ impl<T: Scalar> Presliding<T> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range.
-    pub fn bristle(&self) -> Result<KelvinVoigt<T>, ParameterError> {
+    pub fn bristle(&self) -> Checked<KelvinVoigt<T>> {
         let stiffness = Named("static_coefficient", self.static_coefficient).positive()?
             / Named("travel", self.travel).positive()?;
         let mass = Named("mass", self.mass).positive()?;

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use super::scene::{Answers, Level, Run, Scene, check_run, each_step, resolving};
 use super::{FidelityError, cost};
 use bristle::curve::FrictionCurve;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::regularisation::Regularisation;
 use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use bristle::root::enclose;
@@ -70,7 +70,7 @@ pub struct KnownVelocity<T: Scalar, M, V, L = Dahl<T>> {
 pub fn lumped_frbd<T, C, R, E>(
     model: &FrBd<C, R, E>,
     angular_frequency: T,
-) -> Result<FrBd<C, KelvinVoigt<T>, E>, ParameterError>
+) -> Checked<FrBd<C, KelvinVoigt<T>, E>>
 where
     T: Scalar,
     C: FrictionCurve<T>,
@@ -93,11 +93,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>> KnownVelocity<T, M, V> {
     ///
     /// Refuses an interval or a normal force that is not positive, no answers or more than a
     /// million, and a velocity that is not finite at an answer.
-    pub fn new(
-        contact: Contact<T, M>,
-        velocity: V,
-        answers: Answers<T>,
-    ) -> Result<Self, ParameterError> {
+    pub fn new(contact: Contact<T, M>, velocity: V, answers: Answers<T>) -> Checked<Self> {
         let answers = answers.checked()?;
         Named("normal_force", contact.normal_force()).positive()?;
         // How fast the velocity changes: its root-mean-square rate over that of itself.
@@ -125,7 +121,7 @@ fn dahl<T: Scalar, M: Bristle<T>>(
     contact: &Contact<T, M>,
     velocity: &impl Signal<T>,
     answers: &Answers<T>,
-) -> Result<Contact<T, Dahl<T>>, ParameterError> {
+) -> Checked<Contact<T, Dahl<T>>> {
     let model = contact.model();
     let dynamic_coefficient = answers.times().fold(T::zero(), |sum, time| {
         // The curve beside v = 0, where it has no sign and is 0.
@@ -178,7 +174,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
     /// # Errors
     ///
     /// Refuses a model that gives Dahl's a parameter that is out of range.
-    pub fn with_lumped<N>(self, lumped: N) -> Result<KnownVelocity<T, M, V, N>, ParameterError>
+    pub fn with_lumped<N>(self, lumped: N) -> Checked<KnownVelocity<T, M, V, N>>
     where
         N: Bristle<T, Deflection = T>,
     {
@@ -233,7 +229,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
         contact: &Contact<T, N>,
         steps: u32,
         costs: (f64, f64),
-    ) -> Result<Run, ParameterError> {
+    ) -> Checked<Run> {
         let mut z = if self.steady {
             contact.stationary(self.velocity.value(T::zero()))
         } else {

@@ -7,7 +7,7 @@ use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step, r
 use super::{FidelityError, cost};
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::ode::System;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::scene::MassSpringDamper;
 use bristle::signal::Signal;
@@ -85,11 +85,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         start: Vector3<T>,
         answers: Answers<T>,
         quantity: Quantity,
-    ) -> Result<Self, ParameterError> {
-        for (index, &state) in start.iter().enumerate() {
-            ParameterError::of_component(index, Named("start", state).finite())?;
-        }
-        let contact = system.contact();
+    ) -> Checked<Self> {
+        ParameterError::of_components(&start, |&state| Named("start", state).finite())?;
+        let contact = &system.parameters().contact;
         let normal_force = Named("normal_force", contact.normal_force()).positive()?;
         let micro_stiffness = contact.model().storage_stiffness();
         let deflection = contact.model().limits(T::zero()).deflection.unwrap_or_else(T::zero);
@@ -103,8 +101,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
     }
 
     /// f + k (V t − x) \[N\].
-    fn applied(&self, time: T, state: &Vector3<T>) -> Result<T, ParameterError> {
-        let force = Named("force", self.system.force().value(time)).finite()?;
+    fn applied(&self, time: T, state: &Vector3<T>) -> Checked<T> {
+        let force = Named("force", self.system.parameters().force.value(time)).finite()?;
         Ok(force + self.system.spring_force(time, state))
     }
 
@@ -115,12 +113,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         &self,
         steps: u32,
         mut mean_velocity: impl FnMut(&MassStep<T>, &mut Vector3<T>, &mut Run) -> T,
-        force: impl Fn(T, &Vector3<T>, &mut Run) -> Result<T, ParameterError>,
-    ) -> Result<Motion<T>, ParameterError> {
-        let mechanism = self.system.mechanism();
+        force: impl Fn(T, &Vector3<T>, &mut Run) -> Checked<T>,
+    ) -> Checked<Motion<T>> {
+        let mechanism = self.system.parameters().mechanism;
         let (mut state, mut states, mut run) = (self.start, Vec::new(), Run::default());
         let mut history = VelocityHistory::new(state[1]);
-        let next_kink = |from, to| self.system.force().next_kink(from, to);
+        let next_kink = |from, to| self.system.parameters().force.next_kink(from, to);
         for span in self.answers.spans() {
             for (duration, look, _) in each_step(span, steps, next_kink) {
                 let half = duration * lit(0.5);
@@ -151,10 +149,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
     /// The friction curve with true rest. A step ends at rest (v₁ = 0, v̄ = v₀/2) if the F̄ that
     /// this takes is no more than p μ_s. Else it slides the way of that force, F̄ that of the curve
     /// at the extrapolated velocity.
-    fn slide(&self, steps: u32) -> Result<Motion<T>, ParameterError> {
+    fn slide(&self, steps: u32) -> Checked<Motion<T>> {
         let curve = |velocity, run: &mut Run| {
             run.count(1, cost::CURVE);
-            self.system.contact().stationary_force(velocity)
+            self.system.parameters().contact.stationary_force(velocity)
         };
         let mean_velocity = |step: &MassStep<T>, _: &mut Vector3<T>, run: &mut Run| {
             run.cost += cost::SLIDE;
@@ -186,7 +184,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         contact: &Contact<T, N>,
         steps: u32,
         cost_of_step: f64,
-    ) -> Result<Motion<T>, ParameterError> {
+    ) -> Checked<Motion<T>> {
         let companion = contact.clone().companion(T::zero())?;
         let mean_velocity = |step: &MassStep<T>, state: &mut Vector3<T>, run: &mut Run| {
             run.count(1, cost_of_step);
@@ -206,7 +204,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         let motion = match level {
             Level::TRUE_REST => self.slide(steps),
             Level::DAHL_COMPANION => self.companion(&self.dahl, steps, cost::DAHL_COMPANION),
-            _ => self.companion(self.system.contact(), steps, cost::COMPANION),
+            _ => self.companion(&self.system.parameters().contact, steps, cost::COMPANION),
         };
         Ok(motion?)
     }
@@ -248,7 +246,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
                 ("presliding", to_f64(self.breakaway / (stiffness * farthest)).min(1.0))
             }
             Level::DAHL_COMPANION => {
-                let steady = |speed| self.system.contact().stationary_force(speed);
+                let steady = |speed| self.system.parameters().contact.stationary_force(speed);
                 let change = most(&|state| match state[1].abs() {
                     speed if is_zero(speed) => speed,
                     speed => (steady(speed) - self.breakaway).abs(),

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::scene::{Answers, Level, Run, Scene, check_run, each_step, resolving};
 use super::{FidelityError, cost};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::{lit, to_f64};
 use bristle::signal::Signal;
 use bristle::{Bristle, Scalar};
@@ -78,7 +78,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: 
         patch: Patch<T, M, PolynomialExponential<T, N>>,
         motion: Motion<S, W>,
         answers: Answers<T>,
-    ) -> Result<Self, ParameterError> {
+    ) -> Checked<Self> {
         let answers = answers.checked()?;
         Named("normal_force", patch.normal_force()).positive()?;
         // What a constant pressure in adhesion has, until it is known.

@@ -5,7 +5,7 @@ use core::fmt;
 
 use super::FidelityError;
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::{lit, to_f64};
 
 /// A representative scene, and the models that can run it.
@@ -192,7 +192,7 @@ pub struct Answers<T> {
 }
 
 impl<T: Scalar> Answers<T> {
-    pub(super) fn checked(self) -> Result<Self, ParameterError> {
+    pub(super) fn checked(self) -> Checked<Self> {
         let interval = Named("interval", self.interval).positive()?;
         Named("answers", self.count).count_between(1, MOST_ANSWERS)?;
         Ok(Self { interval, ..self })

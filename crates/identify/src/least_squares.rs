@@ -229,11 +229,8 @@ impl<R: Objective> Search<'_, R> {
             }
             let linear = rows.linear(problem.parameters.len());
             self.rows = linear.rows;
-            // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A
-            // column of zeros gets a little.
-            let norms = linear.column_norms();
-            let floor = norms.max() * 1e-8 + f64::MIN_POSITIVE;
-            scale = scale.zip_map(&norms, |scale, norm| scale.max(norm).max(floor));
+            // Marquardt's scaling by the lengths of the columns, which never falls (Moré).
+            scale = scale.zip_map(&linear.column_norms(), f64::max);
             let before = self.cost;
             let accepted = match self.step(&linear, &scale, &mut damping, progress) {
                 ControlFlow::Break(()) => return SearchOutcome::Stopped,

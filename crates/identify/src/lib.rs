@@ -15,7 +15,7 @@
 //! |---|---|---|
 //! | 1 | columns, checked row by row | [`Log`], which refuses with a [`LogError`] |
 //! | 2 | starting values for stiffness and curve | [`InitialGuess`] |
-//! | 3 | a model with free parameters | [`FrBdFit`], [`ElastoPlasticFit`], or your own [`Candidate`] |
+//! | 3 | a model with free parameters | [`FrBdFit`], [`ElastoPlasticFit`], your own [`Candidate`] |
 //! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints |
 //! | 5 | a test on data that the fit has not seen | [`predict`] |
 //!

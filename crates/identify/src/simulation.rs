@@ -199,9 +199,8 @@ pub fn predict<C: Candidate<N>, const N: usize>(
     let values: [f64; N] = core::array::from_fn(|i| values[i]);
     let mut coefficients = Vec::with_capacity(log.len());
     Along::new(candidate, log, N)?.run(&values, |model: f64| coefficients.push(model))?;
-    for (row, &mu) in coefficients.iter().enumerate() {
-        ParameterError::of_component(row, Named("friction of the model", mu).finite())?;
-    }
+    let finite = |&mu: &f64| Named("friction of the model", mu).finite();
+    ParameterError::of_components(&coefficients, finite)?;
     Ok(coefficients)
 }
 

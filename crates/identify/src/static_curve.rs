@@ -145,11 +145,10 @@ impl InitialGuess {
         points: &[SlidingPoint],
     ) -> Result<Fit, ParameterError> {
         Named("points", points.len()).count(FEWEST_POINTS)?;
-        for (row, point) in points.iter().enumerate() {
-            for (name, value) in [("speed", point.speed), ("coefficient", point.coefficient)] {
-                ParameterError::of_component(row, Named(name, value).finite())?;
-            }
-        }
+        ParameterError::of_components(points, |point| {
+            Named("speed", point.speed).finite()?;
+            Named("coefficient", point.coefficient).finite()
+        })?;
         let every = points.len().div_ceil(MOST_POINTS);
         let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
         let mut parameters = stribeck_parameters(self);

@@ -28,10 +28,11 @@ impl Triangle {
     pub(super) fn push(&mut self, row: &mut DVector<f64>, mut right: f64) {
         self.rows += 1;
         for i in 0..self.unknowns() {
-            if row[i] == 0.0 {
+            let length = (self.factor[(i, i)].powi(2) + row[i].powi(2)).sqrt();
+            // Squares of small numbers may be zero.
+            if row[i] == 0.0 || length == 0.0 {
                 continue;
             }
-            let length = (self.factor[(i, i)].powi(2) + row[i].powi(2)).sqrt();
             let (cos, sin) = (self.factor[(i, i)] / length, row[i] / length);
             self.factor[(i, i)] = length;
             for j in i + 1..self.unknowns() {
@@ -154,6 +155,12 @@ mod tests {
 
     #[test]
     fn a_column_of_zeros_is_left_out() {
+        let mut triangle = Triangle::new(2);
+        triangle.push(&mut dvector![3.0, 1e-200], 1.0);
+        assert_eq!(
+            triangle.damped(&dvector![0.0, 1e-200], &[true, true]),
+            dvector![1.0 / 3.0, 0.0]
+        );
         let mut triangle = Triangle::new(2);
         triangle.push(&mut dvector![3.0, 0.0], 1.0);
         let directions = triangle.directions(&[true, true]);

@@ -1004,6 +1004,23 @@ fn a_correlation_lies_between_minus_one_and_one() {
     }
 }
 
+/// The mean of 0, 1, 2, and a parameter without effect.
+struct Idle;
+
+residuals!(Idle, 2: |_this, &[mean, _], each| {
+    (0..30).for_each(|k| each(mean - lit(f64::from(k % 3))));
+});
+
+#[test]
+fn a_parameter_without_effect_stays_and_the_others_are_found() {
+    let parameters = [within_ten("mean"), within_ten("idle")];
+    let found = least_squares(&Idle, parameters, &SearchSettings::default(), &mut go_on).unwrap();
+    let [mean, idle] = found.array();
+    // Rounding of thirty sums.
+    assert!((mean - 1.0).abs() < 1e-12 && idle == 0.5, "{found}");
+    assert_eq!(found.estimates[1].verdict, Identifiability::Undetermined, "{found}");
+}
+
 /// Sensitivities whose squares overflow, at no residual.
 struct Steep;
 

@@ -146,14 +146,20 @@ fn under(external: External<'_>, seed: u64, noise: f64, logged: fn(f64) -> f64) 
     };
     let motor = motor(Function::new(move |t: f64| (voltage(logged(t)), 0.0), []), None);
     let torques: [External<'_>; 2] = [&|now| motor.at(now), external];
-    let count = core::f64::consts::TAU / 4096.0;
+    // It hangs still at first, anywhere between two counts.
+    let hanging = (0..20).fold(0.0, |angle, _| {
+        let torque = external(JointMotion { time: 0.0, angle, velocity: 0.0 });
+        if torque.by_angle == 0.0 { angle } else { angle - torque.value / torque.by_angle }
+    });
+    let (count, zero) = (core::f64::consts::TAU / 4096.0, draw.next());
     let noisy = noise > 0.0;
     let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
     for JointState { time, angle, .. } in
-        motion(STIFFNESS, TorqueLoad::new(LOAD).unwrap(), torques, 0.0, 700)
+        motion(STIFFNESS, TorqueLoad::new(LOAD).unwrap(), torques, hanging, 700)
     {
         columns.time.push(time);
-        columns.position.push(if noisy { (angle / count).round() * count } else { angle });
+        let counted = ((angle / count + zero).round() - zero) * count;
+        columns.position.push(if noisy { counted } else { angle });
         columns.drive.push(voltage(time) + if noisy { noise * draw.gauss() } else { 0.0 });
     }
     columns
@@ -902,10 +908,9 @@ fn a_robust_loss_ignores_positions_that_were_not_read() {
         error("inertia", INERTIA) + error("coulomb_torque", LOAD.idle_load)
     };
     let (squares, tukey, huber) = (off(Loss::Squares), off(Loss::Tukey), off(Loss::Huber));
-    // One row in fourteen reads nothing: Tukey's loss leaves it out, as far as the smoothed motion
-    // that everything starts from does.
-    let better = tukey < 0.1 && tukey < huber && huber < squares;
-    assert!(better, "{squares} {tukey} {huber}");
+    // One row in fourteen reads nothing: what is left is of the size that noise leaves, and of the
+    // smoothed motion that everything starts from.
+    assert!(tukey.max(huber) < squares.min(0.05), "{squares} {tukey} {huber}");
 }
 
 /// What is said of a log with a change.
@@ -1095,8 +1100,8 @@ fn logs_held_out_take_no_part_in_the_choice() {
     assert_eq!((&alone.left_out, alone.simplest), (&beside.left_out, beside.simplest));
     let scores = beside.fits[0].held_out.as_ref().unwrap().all.simulated;
     assert!(alone.fits[0].held_out.is_none() && scores.rmse > 0.0);
-    // A log by the others is predicted worse than it is fitted.
-    let fitted = alone.fits.iter().map(|fit| fit.fitted.all.simulated.rmse);
+    // Over the same length a log is predicted by the others worse than it is fitted.
+    let fitted = alone.fits.iter().map(|fit| fit.fit.rmse);
     for ([square, error], fitted) in alone.left_out.iter().zip(fitted) {
         assert!(square.sqrt() > fitted && *error > 0.0, "{square} {error} {fitted}");
     }
@@ -1185,9 +1190,9 @@ fn standard_errors_know_the_noise_of_the_drive() {
             squares += ((estimate.value - truth) / estimate.standard_error).powi(2);
             count += 1.0;
         }
-        // The length that was fitted promises nearly the least errors.
+        // The length that was fitted promises the least errors.
         let fitted = found.expected.iter().find(|e| e.length == found.horizon).unwrap();
-        assert!(found.expected.len() == 4 && fitted.ratio <= 1.25, "{found}");
+        assert!(found.expected.len() == 4 && fitted.ratio == 1.0, "{found}");
         assert!(found.to_string().contains("by the noise of drive and position"), "{found}");
     }
     // One for Gaussian errors; of 42 correlated ones it scatters by a third. Residuals alone gave

@@ -214,7 +214,7 @@ fn run(links: &[Driven], gears: &[Gear], h: f64, end: f64) -> Result<Run, Parame
                 middle.load[i] = gear.load(GearTorques { motor, external });
             }
         })?;
-        contacts.iter().for_each(|contact| ledger.enter(*contact.last_step()));
+        contacts.iter().for_each(|contact| ledger.enter(contact.last_step()));
         let loads = contacts.iter().map(ContactState::load).collect();
         let friction = contacts.iter().map(|contact| contact.last_step().force).collect();
         let of = [q.clone(), v.clone(), loads, friction];

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use bristle::number::Number;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::{Branch, Bristle, Scalar};
 
 use crate::{GearFriction, GearTorques, LoadLaw, TorqueLoad};
@@ -79,7 +79,7 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     /// # Errors
     ///
     /// Refuses a velocity of zero, an external torque that is not positive, and what is not finite.
-    pub fn audit(&self, velocity: T, external_torque: T) -> Result<GearAudit<T>, ParameterError> {
+    pub fn audit(&self, velocity: T, external_torque: T) -> Checked<GearAudit<T>> {
         Named("velocity", velocity.abs()).positive()?;
         Named("external_torque", external_torque).positive()?;
         let (zero, one) = (T::zero(), T::one());

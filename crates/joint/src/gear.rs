@@ -13,7 +13,7 @@
 //! | P | reference load, at which stiffness and damping were measured | N m |
 //! | p0 | load of an idle gear: preload of teeth, seals and bearings | N m |
 //! | k_m, k_e | how much of the motor torque and of the external torque loads the gear | – |
-//! | μ_b | virtual friction coefficient of the model under the friction scale p/P, see [`Bristle`] | – |
+//! | μ_b | virtual friction coefficient of the [`Bristle`] under the friction scale p/P | – |
 //! | B | drag: viscous friction beside the load | N m s/rad |
 //! | s, s_B | scales of friction and drag, set while it runs: temperature, wear | – |
 //! | T | friction torque on the joint, against v > 0 | N m |
@@ -48,7 +48,7 @@
 use core::fmt::Debug;
 
 use bristle::companion::{Companion, CompanionStep, CompletedStep};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::rheology::Deflection;
 use bristle::{Bristle, Contact, LoadChange, Reloaded, Scalar, Surface};
 
@@ -131,7 +131,7 @@ impl<T: Scalar> TorqueLoad<T> {
     /// # Errors
     ///
     /// Refuses a parameter that is negative or not finite.
-    pub fn new(parameters: TorqueLoadParameters<T>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: TorqueLoadParameters<T>) -> Checked<Self> {
         Named("idle_load", parameters.idle_load).non_negative()?;
         Named("motor_share", parameters.motor_share).non_negative()?;
         Named("external_share", parameters.external_share).non_negative()?;
@@ -255,7 +255,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     ///
     /// Refuses a reference load that is not positive, a drag or a fastest speed that is negative or
     /// not finite, and a law whose load without torques is.
-    pub fn new(parameters: GearFrictionParameters<T, M, L>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: GearFrictionParameters<T, M, L>) -> Checked<Self> {
         let GearFrictionParameters { friction, load: law, reference_load, drag, fastest } =
             parameters;
         let zero = T::zero();
@@ -327,7 +327,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     ///
     /// Refuses a scale that is negative or not finite; nothing has changed.
     #[inline]
-    pub fn set_friction_scale(&mut self, scale: T) -> Result<(), ParameterError> {
+    pub fn set_friction_scale(&mut self, scale: T) -> Checked<()> {
         self.friction_scale = Named("friction_scale", scale).non_negative()?;
         Ok(())
     }
@@ -338,7 +338,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     ///
     /// Refuses a scale that is negative or not finite; nothing has changed.
     #[inline]
-    pub fn set_drag_scale(&mut self, scale: T) -> Result<(), ParameterError> {
+    pub fn set_drag_scale(&mut self, scale: T) -> Checked<()> {
         self.drag_scale = Named("drag_scale", scale).non_negative()?;
         Ok(())
     }
@@ -357,7 +357,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         predicted_velocity: T,
         before: LoadedDeflection<T, M::Deflection>,
         duration: T,
-    ) -> Result<GearStep<T, M::Deflection>, ParameterError> {
+    ) -> Checked<GearStep<T, M::Deflection>> {
         let load = Named("load", self.load(torques)).non_negative()?;
         let change = LoadChange { before: before.load, after: load };
         let contact = self.contact();

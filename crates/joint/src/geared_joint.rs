@@ -36,7 +36,7 @@ use crate::input::{JointInput, JointInputValue, JointMotion};
 use crate::{GearFriction, GearTorques, LoadLaw, LoadedDeflection};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 use bristle::{Branch, Bristle, Scalar};
 
@@ -166,7 +166,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M,
         state: &JointState<T>,
         duration: T,
         torques: impl FnOnce(JointMotion<T>) -> JointTorques<T>,
-    ) -> Result<JointStep<T>, ParameterError> {
+    ) -> Checked<JointStep<T>> {
         let JointState { time, angle, velocity, deflection, load, acceleration } = *state;
         let (half, two) = (lit::<T>(0.5) * duration, lit::<T>(2.0));
         let predicted = velocity + half * acceleration;
@@ -210,7 +210,7 @@ where
     ///
     /// Refuses a moment of inertia that is not positive, and torques or derivatives that are not
     /// finite at rest at the origin at time zero.
-    pub fn new(parameters: GearedJointParameters<T, M, L, A, E>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: GearedJointParameters<T, M, L, A, E>) -> Checked<Self> {
         let zero = T::zero();
         let beginning = JointMotion { time: zero, angle: zero, velocity: zero };
         parameters.motor.at(beginning).check("motor")?;
@@ -264,7 +264,7 @@ where
     ///
     /// Refuses a load that is negative or not finite, as that of torques that are not.
     #[inline]
-    pub fn step(&self, state: &JointState<T>, duration: T) -> Result<JointStep<T>, ParameterError> {
+    pub fn step(&self, state: &JointState<T>, duration: T) -> Checked<JointStep<T>> {
         let GearedJointParameters { gear, inertia, motor, external } = &self.parameters;
         gear.joint_step(*inertia, state, duration, |middle| {
             JointTorques::of(motor.at(middle), external.at(middle))

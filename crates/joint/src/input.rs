@@ -22,7 +22,7 @@
 use core::fmt::Debug;
 
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 use bristle::signal::{AnySignal, Function, Polyline, Signal, Sine, Vertex};
 #[cfg(feature = "serde")]
@@ -58,7 +58,7 @@ impl<T: Scalar> JointInputValue<T> {
     }
 
     /// Refuses a value or a derivative that is not finite.
-    pub(super) fn check(self, name: &'static str) -> Result<(), ParameterError> {
+    pub(super) fn check(self, name: &'static str) -> Checked<()> {
         let Self { value, by_angle, by_velocity } = self;
         let mut all = [value, by_angle, by_velocity].into_iter();
         all.try_for_each(|number| Named(name, number).finite().map(drop))
@@ -235,7 +235,7 @@ impl<T: Scalar, I: JointInput<T>> CurrentMotor<T, I> {
     /// # Errors
     ///
     /// Refuses a torque constant or a largest current that is not positive.
-    pub fn new(parameters: CurrentMotorParameters<T, I>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: CurrentMotorParameters<T, I>) -> Checked<Self> {
         Named("torque_constant", parameters.torque_constant).positive()?;
         positive("largest_current", parameters.largest_current)?;
         Ok(Self { parameters })
@@ -312,7 +312,7 @@ impl<T: Scalar, U: JointInput<T>> VoltageMotor<T, U> {
     /// # Errors
     ///
     /// Refuses a torque constant, a resistance or a limit that is not positive.
-    pub fn new(parameters: VoltageMotorParameters<T, U>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: VoltageMotorParameters<T, U>) -> Checked<Self> {
         Named("torque_constant", parameters.torque_constant).positive()?;
         Named("resistance", parameters.resistance).positive()?;
         positive("largest_voltage", parameters.largest_voltage)?;
@@ -350,6 +350,6 @@ impl<T: Scalar, U: JointInput<T>> JointInput<T> for VoltageMotor<T, U> {
 }
 
 /// Checks a limit, if there is one.
-fn positive<T: Scalar>(name: &'static str, limit: Option<T>) -> Result<(), ParameterError> {
+fn positive<T: Scalar>(name: &'static str, limit: Option<T>) -> Checked<()> {
     limit.map_or(Ok(()), |limit| Named(name, limit).positive().map(drop))
 }

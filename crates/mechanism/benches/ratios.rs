@@ -14,7 +14,7 @@ use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scalar::lit;
 use bristle::{Bristle, FrBd, Mechanism, ParameterError, Scalar, paper};
-use bristle_mechanism::gradient::{ArmAdjoint, ContactAdjoint, backwards};
+use bristle_mechanism::gradient::{ArmAdjoint, ArmState, ContactAdjoint, backwards};
 use bristle_mechanism::{
     Arm, ArmMiddle, ArmMotion, ArmParameters, Block, Chain, ContactState, Coupling, Inputs,
     LinearMechanism, Link, Matrices, Motion, Rows, Structure, on_ground, on_joint,
@@ -64,7 +64,14 @@ impl Alone {
         *self = Self::new(self.companion, self.velocities.len());
     }
 
-    fn step(&mut self) {
+    fn step(&mut self, energies: bool) {
+        match energies {
+            true => self.each(|done, account| *account = done),
+            false => self.each(|done, account| account.deflection = done.deflection),
+        }
+    }
+
+    fn each(&mut self, keep: impl Fn(CompletedStep<f64>, &mut CompletedStep<f64>)) {
         let masses = self.velocities.iter_mut().zip(&mut self.accounts).zip(&mut self.histories);
         for ((velocity, account), history) in masses {
             let step = self.companion.step(history.predict(), account.deflection, STEP);
@@ -74,7 +81,7 @@ impl Alone {
                 force: FORCE,
                 end_weight: 0.5,
             });
-            *account = step.commit(mean);
+            keep(step.commit(mean), account);
             *velocity = 2.0 * mean - *velocity;
             history.push(*velocity);
         }
@@ -89,6 +96,7 @@ struct Coupled<R, S> {
     force: Vec<f64>,
     companions: Vec<Companion<f64, Friction>>,
     contacts: Vec<ContactState<f64>>,
+    missing: f64,
 }
 
 impl<R: Rows<f64>, S: AsRef<[f64]> + AsMut<[f64]>> Coupled<R, S> {
@@ -106,6 +114,7 @@ impl<R: Rows<f64>, S: AsRef<[f64]> + AsMut<[f64]>> Coupled<R, S> {
             force: vec![force; n],
             companions: vec![companion],
             contacts: vec![ContactState::new(&companion, DEFLECTION); m],
+            missing: 0.0,
         }
     }
 
@@ -115,11 +124,17 @@ impl<R: Rows<f64>, S: AsRef<[f64]> + AsMut<[f64]>> Coupled<R, S> {
         self.contacts.fill(ContactState::new(&self.companions[0], DEFLECTION));
     }
 
-    fn step(&mut self) {
+    fn step(&mut self, energies: bool) {
         let motion = Motion { position: &mut self.position, velocity: &mut self.velocity };
         let inputs = Inputs::force(&self.force);
         let done = self.mechanism.step(STEP, &inputs, motion, &self.companions, &mut self.contacts);
         black_box(done.is_ok());
+        if energies {
+            for contact in &self.contacts {
+                let CompletedStep { work, stored, dissipated, .. } = contact.last_step();
+                self.missing += work - stored - dissipated;
+            }
+        }
     }
 }
 
@@ -159,26 +174,32 @@ fn main() -> Result<(), ParameterError> {
     let string = LinearMechanism::on_heap(&matrices, [row])?;
     let mut string = Coupled::new(string, companion, 1e-3, 0.0);
 
-    let mut best = [(); 5].map(|()| Best(f64::INFINITY));
-    for _ in 0..ROUNDS {
-        alone.reset();
-        best[0].time(200, || alone.step());
-        one.reset(SPEED);
-        best[1].time(200, || one.step());
-        blocks.reset();
-        best[2].time(5, || blocks.step());
-        chain.reset(SPEED);
-        best[3].time(5, || chain.step());
-        string.reset(1e-3);
-        best[4].time(100, || string.step());
-    }
-    let [alone, one, blocks, chain, string] = best.map(|best| best.0);
     println!("                                             ns a step   ratio");
-    println!("mass and contact alone                       {alone:9.1}");
-    println!("the same as a mechanism                      {one:9.1}   {:5.2}", one / alone);
-    println!("1000 masses and contacts alone               {blocks:9.1}");
-    println!("1000 blocks in a chain                       {chain:9.1}   {:5.2}", chain / blocks);
-    println!("100 modes, one contact                       {string:9.1}   {:5.2}", string / alone);
+    for energies in [false, true] {
+        let mut best = [(); 5].map(|()| Best(f64::INFINITY));
+        for _ in 0..ROUNDS {
+            alone.reset();
+            best[0].time(200, || alone.step(energies));
+            one.reset(SPEED);
+            best[1].time(200, || one.step(energies));
+            blocks.reset();
+            best[2].time(5, || blocks.step(energies));
+            chain.reset(SPEED);
+            best[3].time(5, || chain.step(energies));
+            string.reset(1e-3);
+            best[4].time(100, || string.step(energies));
+        }
+        let [alone, one, blocks, chain, string] = best.map(|best| best.0);
+        println!("{}", if energies { "with the energies of each step" } else { "motion alone" });
+        println!("mass and contact alone                       {alone:9.1}");
+        println!("the same as a mechanism                      {one:9.1}   {:5.2}", one / alone);
+        println!("1000 masses and contacts alone               {blocks:9.1}");
+        let ratio = chain / blocks;
+        println!("1000 blocks in a chain                       {chain:9.1}   {ratio:5.2}");
+        let ratio = string / alone;
+        println!("100 modes, one contact                       {string:9.1}   {ratio:5.2}");
+    }
+    black_box([one.missing, chain.missing, string.missing]);
     gradient(companion)
 }
 
@@ -278,31 +299,18 @@ fn gradient(companion: Companion<f64, Friction>) -> Result<(), ParameterError> {
                 let mut by = [[0.0; JOINTS]; 3];
                 let mut contacts = [ContactAdjoint::default(); JOINTS];
                 let step = |n, state: &mut Swing| forwards(&mut one, n, state);
-                let done = backwards(start, steps, between, step, |n, state| {
-                    for (by, q) in by[0].iter_mut().zip(state.motion[0]) {
+                let done = backwards(start, steps, between, step, |_, states| {
+                    for (by, q) in by[0].iter_mut().zip(states[1].motion[0]) {
                         *by += 2.0 * q;
                     }
-                    if n == steps {
-                        return Ok(());
-                    }
-                    let [position, velocity, acceleration] = &mut state.motion;
-                    let motion = ArmMotion { position, velocity, acceleration };
+                    let states = states.map(|Swing { motion, contacts }| {
+                        let [position, velocity, acceleration] = motion;
+                        ArmState { position, velocity, acceleration, contacts }
+                    });
                     let [position, velocity, acceleration] = &mut by;
                     let by = &mut contacts;
                     let adjoint = ArmAdjoint { position, velocity, acceleration, contacts: by };
-                    let drive = |middle: ArmMiddle<'_, f64>| swing(n, middle);
-                    let state = &mut state.contacts;
-                    let gradient = &mut gradient;
-                    other.pull_back(
-                        STEP,
-                        motion,
-                        &companions,
-                        state,
-                        drive,
-                        |_| (),
-                        adjoint,
-                        gradient,
-                    )
+                    other.pull_back(STEP, states, &companions, |_| (), adjoint, &mut gradient)
                 });
                 black_box((done.is_ok(), gradient));
             });

@@ -5,8 +5,10 @@
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | qᵢ, θᵢ = q₁ + … + qᵢ | angle of a joint, and of its link from hanging straight down | rad |
-//! | mᵢ, lᵢ, cᵢ | mass of a link, its length, distance of its centre of mass from its joint | kg, m, m |
-//! | Iᵢ, Jᵢ | moments of inertia of a link about its centre of mass, of a rotor at its joint | kg m² |
+//! | mᵢ, lᵢ | mass of a link, its length | kg, m |
+//! | cᵢ | distance of its centre of mass from its joint | m |
+//! | Iᵢ | moment of inertia of a link about its centre of mass | kg m² |
+//! | Jᵢ | moment of inertia of the rotor at its joint | kg m² |
 //! | bᵢ | mᵢ cᵢ + lᵢ Σ mₖ of the links k > i | kg m |
 //! | V | potential energy −g Σ bᵢ cos θᵢ | J |
 //! | B | viscous damping of the joints | N m s/rad |
@@ -27,11 +29,11 @@ use core::mem::take;
 
 use crate::band::place;
 use crate::contacts::{ContactState, Step};
-use crate::mechanism::{Entries, LinearMechanism, Structure, Which, part};
+use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which, part};
 use crate::rows::Rows;
 use crate::step::{Motion, Parts, check_length, forwards};
 use bristle::companion::Companion;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::rheology::Deflection;
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
@@ -164,10 +166,11 @@ impl<'a, T: Scalar> Room<'a, T> {
     }
 
     /// The middle of a step, with the torques of gravity there.
-    pub(crate) fn predict(&mut self, motion: &ArmMotion<'_, T>, half: T, gravity: T) {
-        for (i, acceleration) in motion.acceleration.iter().enumerate() {
-            self.velocity[i] = motion.velocity[i] + half * *acceleration;
-            self.position[i] = motion.position[i] + half * self.velocity[i];
+    pub(crate) fn predict(&mut self, motion: [&[T]; 3], half: T, gravity: T) {
+        let [position, velocity, acceleration] = motion;
+        for (i, acceleration) in acceleration.iter().enumerate() {
+            self.velocity[i] = velocity[i] + half * *acceleration;
+            self.position[i] = position[i] + half * self.velocity[i];
         }
         let [cosine, sine, rate] = &mut self.turned;
         turn([self.position, self.velocity], [cosine, sine, rate]);
@@ -211,15 +214,14 @@ pub(crate) const fn structure(links: usize) -> Structure {
 }
 
 impl<T: Scalar> Link<T> {
-    fn check(&self) -> Result<(), ParameterError> {
+    fn check(&self) -> Checked<T> {
         let mass = Named("mass", self.mass).non_negative()?;
         Named("length", self.length).finite()?;
         let centre = Named("centre", self.centre).finite()?;
         let inertia = Named("inertia", self.inertia).non_negative()?;
         let rotor = Named("rotor", self.rotor).non_negative()?;
         Named("damping", self.damping).non_negative()?;
-        Named("inertia about the joint", inertia + mass * centre * centre + rotor).positive()?;
-        Ok(())
+        Named("inertia about the joint", inertia + mass * centre * centre + rotor).positive()
     }
 }
 
@@ -234,12 +236,7 @@ impl<T: Scalar> Entries<T> for ArmParameters<'_, T> {
     }
 }
 
-impl<T, R, S> Arm<T, R, S>
-where
-    T: Scalar,
-    R: Rows<T>,
-    S: AsRef<[T]> + AsMut<[T]>,
-{
+impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
     /// An arm with contacts, in a storage of at least [`ArmParameters::storage`] numbers. Contacts
     /// are rows by [`on_joint`], or any other.
     ///
@@ -248,18 +245,12 @@ where
     /// Refuses an arm without links; masses, moments of inertia and dampings that are negative; a
     /// link that turns without inertia, I + m c² + J = 0; what is not finite; contacts on joints
     /// that are not there; a storage that is too small.
-    pub fn new(
-        parameters: &ArmParameters<'_, T>,
-        rows: R,
-        storage: S,
-    ) -> Result<Self, ParameterError> {
+    pub fn new(parameters: &ArmParameters<'_, T>, rows: R, storage: S) -> Checked<Self> {
         let ArmParameters { links, gravity } = *parameters;
         let n = links.len();
         Named("links", n).count(1)?;
         let gravity = Named("gravity", gravity).finite()?;
-        for (index, link) in links.iter().enumerate() {
-            ParameterError::of_component(index, link.check())?;
-        }
+        ParameterError::of_components(links, Link::check)?;
         let needed = ArmParameters::<T>::storage(n, rows.contacts());
         Named("numbers of storage", storage.as_ref().len()).count(needed)?;
         let mut mechanism =
@@ -289,16 +280,17 @@ where
         companions: &[Companion<T, M>],
         contacts: &mut [ContactState<T, M::Deflection>],
         drive: impl FnOnce(ArmMiddle<'_, T>),
-    ) -> Result<(), ParameterError> {
-        self.check(&motion, companions, contacts)?;
+    ) -> Checked<()> {
+        let ArmMotion { position, velocity, acceleration } = motion;
+        self.check([position, velocity, acceleration], companions, contacts)?;
         let (n, gravity) = (self.mechanism.coordinates(), self.gravity);
         let (duration, structure) = (forwards(duration), structure(n));
         let (rows, mut parts) = self.mechanism.prepared(duration);
         let mut room = Room::new(take(&mut parts.room), n, contacts.len());
-        room.predict(&motion, lit::<T>(0.5) * duration, gravity);
+        let predicted = [&*position, velocity, acceleration];
+        room.predict(predicted, lit::<T>(0.5) * duration, gravity);
         drive(room.middle(contacts));
         room.assemble(&mut parts);
-        let ArmMotion { position, velocity, acceleration } = motion;
         let motion = Motion { position, velocity };
         let step = Step { structure, duration, companions, rows };
         parts.step(&step, [&[], room.load], motion, contacts);
@@ -309,14 +301,14 @@ where
     /// Refuses what does not fit a step.
     pub(crate) fn check<M: Bristle<T>>(
         &self,
-        motion: &ArmMotion<'_, T>,
+        [position, velocity, acceleration]: [&[T]; 3],
         companions: &[Companion<T, M>],
         contacts: &[ContactState<T, M::Deflection>],
-    ) -> Result<(), ParameterError> {
+    ) -> Checked<()> {
         let n = self.mechanism.coordinates();
-        check_length("positions", motion.position, n)?;
-        check_length("velocities", motion.velocity, n)?;
-        check_length("accelerations", motion.acceleration, n)?;
+        check_length("positions", position, n)?;
+        check_length("velocities", velocity, n)?;
+        check_length("accelerations", acceleration, n)?;
         self.mechanism.check_contacts(companions, contacts)
     }
 
@@ -364,7 +356,7 @@ impl<T: Scalar, R: Rows<T>> Arm<T, R, alloc::vec::Vec<T>> {
     /// # Errors
     ///
     /// As [`Arm::new`].
-    pub fn on_heap(parameters: &ArmParameters<'_, T>, rows: R) -> Result<Self, ParameterError> {
+    pub fn on_heap(parameters: &ArmParameters<'_, T>, rows: R) -> Checked<Self> {
         let size = ArmParameters::<T>::storage(parameters.links.len(), rows.contacts());
         Self::new(parameters, rows, alloc::vec![T::zero(); size])
     }

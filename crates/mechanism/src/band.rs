@@ -111,20 +111,58 @@ pub(crate) fn factor<T: Scalar>(width: usize, matrix: &mut [T], mut pivot: impl 
 /// A = L D Lᵀ in place, and x ← A⁻¹ x.
 #[inline(always)]
 pub(crate) fn factor_and_solve<T: Scalar>(width: usize, matrix: &mut [T], x: &mut [T]) {
-    match width {
-        2 => factor_and_solve_wide(2, matrix, x),
-        _ => factor_and_solve_wide(width, matrix, x),
+    if width == 2 {
+        return solve_tridiagonal(matrix.as_chunks_mut().0, x);
     }
-}
-
-#[inline(always)]
-fn factor_and_solve_wide<T: Scalar>(width: usize, matrix: &mut [T], x: &mut [T]) {
     factor_wide(width, matrix, |i, row, reciprocal| {
         let (above, from) = x.split_at_mut(i);
         let known = dot(row, &above[i + 1 - row.len()..]);
         from[0] = (from[0] - known) * reciprocal;
     });
     back(width, matrix, x);
+}
+
+/// x ← A⁻¹ x of a tridiagonal matrix, which is lost: from both ends to the middle and back, so that
+/// the divisions of one half do not wait for those of the other.
+#[inline(always)]
+fn solve_tridiagonal<T: Scalar>(rows: &mut [[T; 2]], x: &mut [T]) {
+    let half = rows.len() / 2;
+    let ((above, rest), (x_above, x_rest)) = (rows.split_at_mut(half), x.split_at_mut(half));
+    let (Some((centre, below)), Some((x_centre, x_below))) =
+        (rest.split_first_mut(), x_rest.split_first_mut())
+    else {
+        return;
+    };
+    above.first_mut().unwrap_or(centre)[0] = T::zero();
+    // Of the row before 1/pivot and x/pivot.
+    let eliminate = |beside: T, last: [T; 2], row: &mut [T; 2], x: &mut T| {
+        row[1] = T::one() / (row[1] - beside * beside * last[0]);
+        *x = (*x - beside * last[1]) * row[1];
+        [row[1], *x]
+    };
+    let [mut top, mut bottom] = [[T::zero(); 2]; 2];
+    let mut beside = T::zero();
+    let mut lower = below.iter_mut().zip(&mut *x_below).rev();
+    for (row, x) in above.iter_mut().zip(&mut *x_above) {
+        top = eliminate(row[0], top, row, x);
+        if let Some((row, x)) = lower.next() {
+            bottom = eliminate(beside, bottom, row, x);
+            beside = row[0];
+        }
+    }
+    centre[1] -= beside * beside * bottom[0];
+    *x_centre -= beside * bottom[1];
+    let [_, mut up] = eliminate(centre[0], top, centre, x_centre);
+    let (mut down, mut beside) = (up, centre[0]);
+    let mut lower = below.iter().zip(x_below);
+    for (row, x) in above.iter().zip(x_above).rev() {
+        *x -= row[1] * beside * up;
+        (up, beside) = (*x, row[0]);
+        if let Some((row, x)) = lower.next() {
+            *x -= row[1] * row[0] * down;
+            down = *x;
+        }
+    }
 }
 
 /// x ← A⁻¹ x with the factors of A.

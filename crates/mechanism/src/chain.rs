@@ -15,9 +15,9 @@
 //! Source: R. Burridge, L. Knopoff, "Model and theoretical seismicity", Bull. Seismol. Soc. Am. 57
 //! (1967), for the chain of blocks on a driver.
 
-use crate::mechanism::{Entries, LinearMechanism, Structure, Which};
+use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which};
 use crate::rows::Rows;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::{Mechanism, Scalar};
 
 /// A spring beside a damper, between two blocks.
@@ -95,22 +95,20 @@ impl<T: Scalar> Chain<'_, T> {
     /// # Errors
     ///
     /// Refuses a chain without blocks, masses that are not positive, springs and dampers that are
-    /// negative, what is not finite, contacts on blocks that are not there, and a storage that is
-    /// too small.
-    pub fn mechanism<R: Rows<T>, S: AsRef<[T]> + AsMut<[T]>>(
+    /// negative, what is not finite, contacts on blocks that are not there or not neighbours, and a
+    /// storage that is too small.
+    pub fn mechanism<R: Rows<T>, S: Storage<T>>(
         &self,
         rows: R,
         storage: S,
-    ) -> Result<LinearMechanism<T, R, S>, ParameterError> {
+    ) -> Checked<LinearMechanism<T, R, S>> {
         Named("blocks", self.blocks.len()).count(1)?;
-        for (index, block) in self.blocks.iter().enumerate() {
-            ParameterError::of_component(index, block.to_ground.checked())?;
+        ParameterError::of_components(self.blocks, |block| {
+            block.to_ground.checked()?;
             let Coupling { stiffness, damping } = block.to_next;
-            let stiffness = Named("coupling stiffness of block", stiffness).non_negative();
-            ParameterError::of_component(index, stiffness)?;
-            let damping = Named("coupling damping of block", damping).non_negative();
-            ParameterError::of_component(index, damping)?;
-        }
+            Named("coupling stiffness of block", stiffness).non_negative()?;
+            Named("coupling damping of block", damping).non_negative()
+        })?;
         LinearMechanism::of_entries(Self::STRUCTURE, self.blocks.len(), self, rows, storage)
     }
 
@@ -123,7 +121,7 @@ impl<T: Scalar> Chain<'_, T> {
     pub fn on_heap<R: Rows<T>>(
         &self,
         rows: R,
-    ) -> Result<LinearMechanism<T, R, alloc::vec::Vec<T>>, ParameterError> {
+    ) -> Checked<LinearMechanism<T, R, alloc::vec::Vec<T>>> {
         let size = Self::STRUCTURE.storage(self.blocks.len(), rows.contacts());
         self.mechanism(rows, alloc::vec![T::zero(); size])
     }

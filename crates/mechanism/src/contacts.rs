@@ -1,10 +1,10 @@
 //! Contacts of one axis in a step of the mechanism: predictor, load, companion and ledger.
 
-use crate::mechanism::{LinearMechanism, Structure};
+use crate::mechanism::{LinearMechanism, Storage, Structure};
 use crate::rows::{Rows, along};
 use crate::step::{Motion, Parts, check_length, forwards};
-use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction, VelocityHistory};
-use bristle::parameter::ParameterError;
+use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction};
+use bristle::parameter::Checked;
 use bristle::rheology::Deflection;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Form, LoadChange, Scalar, Surface};
@@ -30,30 +30,32 @@ impl<'a, T> Inputs<'a, T> {
     }
 }
 
-/// What a contact keeps from step to step, and the account of its last step.
+/// What a contact keeps from step to step, and its last step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactState<T: Scalar, D: Deflection<T> = T> {
     load: T,
     /// W v at the beginning of the last step.
     before: Option<T>,
-    done: CompletedStep<T, D>,
-    /// The step between prediction and commitment.
+    deflection: D,
+    /// Energy dissipated by slipping back when the load changed.
+    slipped: T,
     frozen: Option<CompanionStep<T, D>>,
+    /// Mean sliding velocity of the last step.
+    mean: T,
 }
 
 impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
     /// A contact under the normal force of its companion, with a deflection \[m\], before its first
     /// step.
     pub fn new<M: Bristle<T, Deflection = D>>(companion: &Companion<T, M>, deflection: D) -> Self {
-        let [force, work, stored, dissipated] = [T::zero(); 4];
-        let done = CompletedStep { deflection, force, work, stored, dissipated };
-        Self { load: companion.contact().normal_force(), before: None, done, frozen: None }
+        let (load, [slipped, mean]) = (companion.contact().normal_force(), [T::zero(); 2]);
+        Self { load, before: None, deflection, slipped, frozen: None, mean }
     }
 
     /// Deflection z \[m\].
     #[inline]
     pub fn deflection(&self) -> D {
-        self.done.deflection
+        self.deflection
     }
 
     /// Normal force p \[N\] at the middle of the last step.
@@ -63,10 +65,19 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
     }
 
     /// What the friction has done in the last step: mean force, work, stored and dissipated energy.
-    /// The energy that a falling load has set free is in the account.
+    /// The energy that a falling load has set free is in the account, which is made when asked for.
     #[inline]
-    pub fn last_step(&self) -> &CompletedStep<T, D> {
-        &self.done
+    pub fn last_step(&self) -> CompletedStep<T, D> {
+        let [force, work, stored, dissipated] = [T::zero(); 4];
+        let none = CompletedStep { deflection: self.deflection, force, work, stored, dissipated };
+        let done = self.frozen.map_or(none, |step| step.commit(self.mean));
+        let (stored, dissipated) = (done.stored - self.slipped, done.dissipated + self.slipped);
+        CompletedStep { stored, dissipated, ..done }
+    }
+
+    /// Mean sliding velocity of the last step.
+    pub(crate) fn mean(&self) -> T {
+        self.mean
     }
 
     /// W v at the beginning of the last step.
@@ -84,6 +95,17 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         self.before = None;
     }
 
+    /// The sliding velocity extrapolated to the middle of the next step, from that without belt and
+    /// with it, and whether it counts on the last one: not before the first step, nor after a
+    /// reversal. As of a history in which the belt has moved as it does now.
+    #[inline(always)]
+    pub(crate) fn predict(&self, [without, sliding]: [T; 2]) -> (T, bool) {
+        let last = self.before.unwrap_or(without);
+        let counts = self.before.is_some() && !(sliding * (last + (sliding - without)) < T::zero());
+        let change = if counts { without - last } else { T::zero() };
+        (sliding + lit::<T>(0.5) * change, counts)
+    }
+
     /// Bias and damping of the next step, with the companion at the sliding velocity extrapolated
     /// to its middle.
     #[inline(always)]
@@ -92,16 +114,13 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         companion: &Companion<T, M>,
         [without, sliding, load, duration]: [T; 4],
     ) -> (T, T) {
-        let prescribed = sliding - without;
-        let mut history = VelocityHistory::new(self.before.unwrap_or(without) + prescribed);
-        history.push(sliding);
-        let (contact, predicted) = (companion.contact(), history.predict());
-        let mut deflection = self.done.deflection;
-        self.done.dissipated = T::zero();
+        let (contact, (predicted, _)) = (companion.contact(), self.predict([without, sliding]));
+        let mut deflection = self.deflection;
+        self.slipped = T::zero();
         if load != self.load {
             let change = LoadChange { before: self.load, after: load };
             let reloaded = contact.reloaded(change, predicted, deflection);
-            (deflection, self.done.dissipated) = (reloaded.deflection, reloaded.dissipated);
+            (deflection, self.slipped) = (reloaded.deflection, reloaded.dissipated);
         }
         let rescaled = load != contact.normal_force();
         let scale = if rescaled { load / contact.normal_force() } else { T::one() };
@@ -128,27 +147,21 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
     /// Ends the step at the mean sliding velocity that was found.
     #[inline(always)]
     pub(crate) fn commit(&mut self, mean_sliding: T) {
+        self.mean = mean_sliding;
         if let Some(step) = &self.frozen {
-            let slipped = self.done.dissipated;
-            self.done = step.commit(mean_sliding);
-            self.done.stored -= slipped;
-            self.done.dissipated += slipped;
+            self.deflection = step.commit(mean_sliding).deflection;
         }
     }
 }
 
-impl<T, R, S> LinearMechanism<T, R, S>
-where
-    T: Scalar,
-    R: Rows<T>,
-    S: AsRef<[T]> + AsMut<[T]>,
-{
+impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     /// A step of length h ≥ 0 \[s\], with a state for each contact and a companion for each, or one
     /// for all.
     ///
-    /// Each sliding velocity is extrapolated from the last two, as by a [`VelocityHistory`]: take
-    /// steps of equal length, or call [`ContactState::forget_velocity`] where it changes. Another
-    /// length than that of the step before also factors A anew.
+    /// Each sliding velocity is extrapolated from the last two, as by a
+    /// [`VelocityHistory`](bristle::companion::VelocityHistory): take steps of equal length, or
+    /// call [`ContactState::forget_velocity`] where it changes. Another length than that of the
+    /// step before also factors A anew.
     ///
     /// A load is taken as by [`Companion::reload`]. Build companions under a load that is positive.
     ///
@@ -166,7 +179,7 @@ where
         motion: Motion<'_, T>,
         companions: &[Companion<T, M>],
         contacts: &mut [ContactState<T, M::Deflection>],
-    ) -> Result<(), ParameterError> {
+    ) -> Checked<()> {
         self.check_step(inputs, &motion, companions, contacts)?;
         let (structure, duration) = (self.structure, forwards(duration));
         let (rows, mut parts) = self.prepared(duration);
@@ -183,7 +196,7 @@ where
         motion: &Motion<'_, T>,
         companions: &[Companion<T, M>],
         contacts: &[ContactState<T, M::Deflection>],
-    ) -> Result<(), ParameterError> {
+    ) -> Checked<()> {
         let count = self.rows.contacts();
         self.check_motion(inputs.force, motion)?;
         self.check_contacts(companions, contacts)?;
@@ -201,7 +214,7 @@ where
         &self,
         companions: &[Companion<T, M>],
         contacts: &[ContactState<T, M::Deflection>],
-    ) -> Result<(), ParameterError> {
+    ) -> Checked<()> {
         let count = self.rows.contacts();
         if companions.len() != 1 {
             check_length("companions", companions, count)?;
@@ -230,8 +243,9 @@ impl<T: Scalar> Parts<'_, T> {
     ) {
         let &Step { structure, duration, companions, rows } = step;
         let room = self.bias.iter_mut().zip(&mut *self.dampers).zip(&mut *self.sliding);
-        let states = contacts.iter_mut().zip(companions.iter().cycle());
-        for (k, (((bias, damper), sliding), (state, companion))) in room.zip(states).enumerate() {
+        let each = usize::from(companions.len() > 1);
+        for (k, (((bias, damper), sliding), state)) in room.zip(&mut *contacts).enumerate() {
+            let companion = &companions[k * each];
             let without = along(rows.row(k), motion.velocity);
             *sliding = prescribed.get(k).map_or(without, |&belt| without + belt);
             let load = load.get(k).copied().unwrap_or(state.load);

@@ -27,7 +27,7 @@
 use crate::contacts::ContactState;
 use crate::step::forwards;
 use bristle::companion::Companion;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Scalar};
 
@@ -108,10 +108,9 @@ impl<T: Scalar> ElasticJoint<T> {
     ///
     /// Refuses moments of inertia and a stiffness that are not positive, a damping or a backlash
     /// that is negative, and what is not finite.
-    pub fn new(parameters: ElasticJointParameters<T>) -> Result<Self, ParameterError> {
-        for (index, inertia) in parameters.inertias.into_iter().enumerate() {
-            ParameterError::of_component(index, Named("inertias", inertia).positive())?;
-        }
+    pub fn new(parameters: ElasticJointParameters<T>) -> Checked<Self> {
+        let positive = |inertia| Named("inertias", inertia).positive();
+        ParameterError::of_components(parameters.inertias, positive)?;
         Named("stiffness", parameters.stiffness).positive()?;
         Named("damping", parameters.damping).non_negative()?;
         let backlash = Named("backlash", parameters.backlash).non_negative()?;

@@ -6,7 +6,8 @@
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | x, v | coordinates and their velocities | m, m/s |
-//! | M, C, K | mass (M > 0), damping (C = Cᵀ ≥ 0) and stiffness (K = Kᵀ ≥ 0) matrices | kg, N s/m, N/m |
+//! | M | mass matrix, M = Mᵀ > 0 | kg |
+//! | C, K | damping and stiffness matrices, C = Cᵀ ≥ 0, K = Kᵀ ≥ 0 | N s/m, N/m |
 //! | f | applied force of each coordinate | N |
 //! | s, w | sliding velocity of each contact, and its prescribed part: a belt | m/s |
 //! | W | by which factor each coordinate moves each contact | – |
@@ -67,7 +68,7 @@ pub use arm::{Arm, ArmMiddle, ArmMotion, ArmParameters, Link, on_joint};
 pub use chain::{Block, Chain, Coupling, on_ground, to_next};
 pub use contacts::{ContactState, Inputs};
 pub use elastic_joint::{ElasticJoint, ElasticJointMotion, ElasticJointParameters, ShaftStep};
-pub use mechanism::{LinearMechanism, Matrices, Structure};
+pub use mechanism::{LinearMechanism, Matrices, Storage, Structure};
 pub use rows::Rows;
 pub use step::{Motion, Sources};
 

@@ -6,7 +6,7 @@ use crate::band;
 use crate::rows::{self, Rows};
 use crate::step::{Parts, check_length};
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 
 /// The structure of M, C and K, which chooses how a step is solved.
@@ -110,7 +110,7 @@ impl<T: Scalar> Matrices<'_, T> {
     }
 
     /// The number of coordinates that the masses make, if they make any.
-    fn coordinates(&self) -> Result<usize, ParameterError> {
+    fn coordinates(&self) -> Checked<usize> {
         let entries = self.mass.len();
         let coordinates = match self.structure {
             Structure::Dense => {
@@ -192,12 +192,12 @@ pub struct LinearMechanism<T, R, S> {
     pub(crate) storage: S,
 }
 
-impl<T, R, S> LinearMechanism<T, R, S>
-where
-    T: Scalar,
-    R: Rows<T>,
-    S: AsRef<[T]> + AsMut<[T]>,
-{
+/// Room for the numbers of a mechanism: an array, a mutable slice or a vector of them.
+pub trait Storage<T>: AsRef<[T]> + AsMut<[T]> {}
+
+impl<T, S: AsRef<[T]> + AsMut<[T]>> Storage<T> for S {}
+
+impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     /// A mechanism with contacts, in a storage of at least [`Structure::storage`] numbers.
     ///
     /// # Errors
@@ -206,7 +206,7 @@ where
     /// symmetric (up to rounding); M that is not positive definite; C and K that have a negative
     /// eigenvalue; a contact on nothing, or in a band on coordinates too far apart; a storage that
     /// is too small.
-    pub fn new(matrices: &Matrices<'_, T>, rows: R, storage: S) -> Result<Self, ParameterError> {
+    pub fn new(matrices: &Matrices<'_, T>, rows: R, storage: S) -> Checked<Self> {
         let coordinates = matrices.coordinates()?;
         Self::of_entries(matrices.structure, coordinates, &(matrices, coordinates), rows, storage)
     }
@@ -217,7 +217,7 @@ where
         entries: &impl Entries<T>,
         rows: R,
         storage: S,
-    ) -> Result<Self, ParameterError> {
+    ) -> Checked<Self> {
         let needed = structure.storage(coordinates, rows.contacts());
         Named("numbers of storage", storage.as_ref().len()).count(needed)?;
         let mut mechanism = Self { structure, coordinates, duration: T::nan(), rows, storage };
@@ -232,7 +232,7 @@ where
     /// # Errors
     ///
     /// As [`LinearMechanism::new`]; the mechanism is as it was.
-    pub fn change(&mut self, matrices: &Matrices<'_, T>, rows: R) -> Result<(), ParameterError> {
+    pub fn change(&mut self, matrices: &Matrices<'_, T>, rows: R) -> Checked<()> {
         if matrices.structure != self.structure {
             return Err(ParameterError::chosen("another", "a mechanism keeps its structure"));
         }
@@ -245,7 +245,7 @@ where
         Ok(())
     }
 
-    fn check_rows(&self, rows: &R) -> Result<(), ParameterError> {
+    fn check_rows(&self, rows: &R) -> Checked<()> {
         let band = match self.structure {
             Structure::Banded { half_bandwidth } => half_bandwidth,
             _ => self.coordinates,
@@ -254,7 +254,7 @@ where
     }
 
     /// Checks all matrices in the room of the factors, then stores them.
-    fn load(&mut self, entries: &impl Entries<T>) -> Result<(), ParameterError> {
+    fn load(&mut self, entries: &impl Entries<T>) -> Checked<()> {
         let (width, coordinates) = (self.width(), self.coordinates);
         self.duration = T::nan();
         let (_, parts) = self.split();
@@ -353,11 +353,14 @@ impl<T: Scalar, R: Rows<T>> LinearMechanism<T, R, alloc::vec::Vec<T>> {
     /// # Errors
     ///
     /// As [`LinearMechanism::new`].
-    pub fn on_heap(matrices: &Matrices<'_, T>, rows: R) -> Result<Self, ParameterError> {
+    pub fn on_heap(matrices: &Matrices<'_, T>, rows: R) -> Checked<Self> {
         let size = matrices.structure.storage(matrices.coordinates()?, rows.contacts());
         Self::new(matrices, rows, alloc::vec![T::zero(); size])
     }
 }
+
+const SYMMETRIC: &str = "equal the entry across the diagonal: the matrix must be symmetric";
+const BOUNDED: &str = "be at most √(aᵢᵢ aⱼⱼ): the matrix must not have a negative eigenvalue";
 
 /// Refuses what is not finite, not symmetric or not (semi)definite, in the room for a matrix.
 fn check<T: Scalar>(
@@ -366,39 +369,32 @@ fn check<T: Scalar>(
     coordinates: usize,
     entries: &impl Entries<T>,
     room: &mut [T],
-) -> Result<(), ParameterError> {
+) -> Checked<()> {
     let [name, beside, pivots] = which.names();
     // The roundings of L D Lᵀ, relative to the diagonal: N. J. Higham, "Accuracy and Stability of
     // Numerical Algorithms" (2002), theorems 10.5 and 10.7.
     let rounding = T::default_epsilon() * lit(8.0 * (width + 1) as f64);
     let definite = which == Which::Mass;
-    for (i, row) in room.chunks_exact_mut(width).enumerate() {
+    let fill = |i: usize, row: &mut [T]| {
         let diagonal = Named(name, entries.entry(which, i, i));
-        let in_range = if definite { diagonal.positive() } else { diagonal.non_negative() };
-        let diagonal = ParameterError::of_component(i, in_range)?;
+        let diagonal = if definite { diagonal.positive() } else { diagonal.non_negative() }?;
         for j in i.saturating_sub(width - 1)..i {
             let value = Named(beside, entries.entry(which, i, j));
-            let value = ParameterError::of_component(i, value.finite())?;
-            let mirrored = Named(beside, entries.entry(which, j, i));
-            let mirrored = ParameterError::of_component(i, mirrored.finite())?;
+            row[j + width - 1 - i] = value.finite()?;
+            let mirrored = Named(beside, entries.entry(which, j, i)).finite()?;
             // Not as a product, which could overflow.
             let of_both = diagonal.sqrt() * entries.entry(which, j, j).sqrt();
-            let same = Named(beside, value).stated(
-                (value - mirrored).abs() <= rounding * of_both,
-                "equal the entry across the diagonal: the matrix must be symmetric",
-            );
-            ParameterError::of_component(i, same)?;
-            let bounded = Named(beside, value).stated(
-                value.abs() <= of_both * (T::one() + rounding),
-                "be at most √(aᵢᵢ aⱼⱼ): the matrix must not have a negative eigenvalue",
-            );
-            ParameterError::of_component(i, bounded)?;
-            row[j + width - 1 - i] = value;
+            value.stated((value.1 - mirrored).abs() <= rounding * of_both, SYMMETRIC)?;
+            value.stated(value.1.abs() <= of_both * (T::one() + rounding), BOUNDED)?;
         }
         let shift = if definite { T::one() } else { T::one() + rounding };
         // A row of zeros stands alone.
         let alone = is_zero(diagonal);
         row[width - 1] = if alone { T::one() } else { diagonal * shift };
+        Ok(())
+    };
+    for (i, row) in room.chunks_exact_mut(width).enumerate() {
+        ParameterError::of_component(i, fill(i, row))?;
     }
     let mut refused = None;
     band::factor(width, &mut room[..coordinates * width], |i, pivot| {

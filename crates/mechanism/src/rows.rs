@@ -1,7 +1,7 @@
 //! W, row by row: which coordinates a contact rubs against, and with which factors.
 
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::scalar::lit;
 
 /// The contacts of a mechanism: of each the coordinates that move it, and their factors.
@@ -73,27 +73,25 @@ pub(crate) fn check<T: Scalar>(
     rows: &impl Rows<T>,
     coordinates: usize,
     reach: usize,
-) -> Result<(), ParameterError> {
-    for contact in 0..rows.contacts() {
+) -> Checked<()> {
+    let of_contact = |contact: usize| {
         let (mut largest, mut first, mut last) = (T::zero(), coordinates, 0);
         for &(place, factor) in rows.row(contact) {
             let coordinate = Named("coordinate of contact", lit::<T>(place as f64));
             let limit = Rule::Below { other: "coordinates", limit: coordinates as f64 };
-            ParameterError::of_component(contact, coordinate.check(place < coordinates, limit))?;
-            let factor = Named("factor of contact", factor).finite();
-            let factor = ParameterError::of_component(contact, factor)?.abs();
+            coordinate.check(place < coordinates, limit)?;
+            let factor = Named("factor of contact", factor).finite()?.abs();
             largest = largest.larger(factor);
             if factor > T::zero() {
                 (first, last) = (first.min(place), last.max(place));
             }
         }
-        let rubs = Named("largest factor of contact", largest)
-            .stated(largest > T::zero(), "be positive: the contact rubs on nothing");
-        ParameterError::of_component(contact, rubs)?;
-        let apart =
-            Named("distance of the coordinates of contact", lit::<T>((last - first) as f64));
+        let largest = Named("largest factor of contact", largest);
+        largest.stated(largest.1 > T::zero(), "be positive: the contact rubs on nothing")?;
+        let apart = last - first;
+        let distance = Named("distance of the coordinates of contact", lit::<T>(apart as f64));
         let rule = Rule::AtMost { other: "half_bandwidth", limit: reach as f64 };
-        ParameterError::of_component(contact, apart.check(last - first <= reach, rule))?;
-    }
-    Ok(())
+        distance.check(apart <= reach, rule)
+    };
+    ParameterError::of_components(0..rows.contacts(), of_contact)
 }

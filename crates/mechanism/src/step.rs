@@ -1,10 +1,10 @@
 //! One step: the linear system, solved as its structure has it.
 
 use crate::band;
-use crate::mechanism::{LinearMechanism, Structure};
+use crate::mechanism::{LinearMechanism, Storage, Structure};
 use crate::rows::{Rows, along};
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::{is_zero, lit};
 
 /// Where a mechanism is and how it moves: the caller's, changed by a step.
@@ -51,12 +51,7 @@ pub(crate) struct Parts<'a, T> {
     pub(crate) room: &'a mut [T],
 }
 
-impl<T, R, S> LinearMechanism<T, R, S>
-where
-    T: Scalar,
-    R: Rows<T>,
-    S: AsRef<[T]> + AsMut<[T]>,
-{
+impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     /// A step of length h ≥ 0 \[s\] under applied forces \[N\], averaged over it, and friction of
     /// your own, whose companions you ask before and commit afterwards.
     /// [`LinearMechanism::step`] does both for contacts of one axis. NaN for NaN, and for h < 0.
@@ -70,7 +65,7 @@ where
         force: &[T],
         motion: Motion<'_, T>,
         sources: Sources<'_, T>,
-    ) -> Result<(), ParameterError> {
+    ) -> Checked<()> {
         let contacts = self.rows.contacts();
         self.check_motion(force, &motion)?;
         check_length("biases", sources.bias, contacts)?;
@@ -100,11 +95,7 @@ where
         self.storage.as_ref().get(end - n..end).unwrap_or(&[])
     }
 
-    pub(crate) fn check_motion(
-        &self,
-        force: &[T],
-        motion: &Motion<'_, T>,
-    ) -> Result<(), ParameterError> {
+    pub(crate) fn check_motion(&self, force: &[T], motion: &Motion<'_, T>) -> Checked<()> {
         check_length("forces", force, self.coordinates)?;
         check_length("positions", motion.position, self.coordinates)?;
         check_length("velocities", motion.velocity, self.coordinates)
@@ -113,14 +104,36 @@ where
     /// The contacts and the storage, for a step of a length, with A factored for it.
     #[inline(always)]
     pub(crate) fn prepared(&mut self, duration: T) -> (&R, Parts<'_, T>) {
-        let (width, structure) = (self.width(), self.structure);
-        let factored = self.duration == duration;
-        self.duration = duration;
-        let (rows, mut parts) = self.split();
-        if structure.is_reduced() && !factored {
-            parts.factor(width, lit::<T>(0.5) * duration, rows);
+        if self.structure.is_reduced() && self.duration != duration {
+            self.factor(lit::<T>(0.5) * duration);
         }
-        (rows, parts)
+        self.duration = duration;
+        self.split()
+    }
+
+    /// Factors A; B and G. It splits the storage by itself: parts that a rare branch passes by
+    /// address would live in memory in every step.
+    #[cold]
+    fn factor(&mut self, half: T) {
+        let (width, n, m) = (self.width(), self.coordinates, self.rows.contacts().max(1));
+        let (rows, mut parts) = self.split();
+        parts.assemble(half);
+        band::factor(width, parts.factors, |_, _| ());
+        for (contact, response) in parts.responses.chunks_exact_mut(n).enumerate() {
+            response.fill(T::zero());
+            for &(place, factor) in rows.row(contact) {
+                if let Some(entry) = response.get_mut(place) {
+                    *entry += factor;
+                }
+            }
+            band::solve(width, parts.factors, response);
+        }
+        for (contact, coupled) in parts.coupling.chunks_exact_mut(m).enumerate() {
+            let responses = parts.responses.chunks_exact(n);
+            for (entry, response) in coupled.iter_mut().zip(responses) {
+                *entry = half * along(rows.row(contact), response);
+            }
+        }
     }
 }
 
@@ -144,16 +157,23 @@ impl<T: Scalar> Parts<'_, T> {
         }
         let matrices = [&*self.stiffness, &*self.damping];
         band::subtract_products(width, matrices, [middle, velocity], self.acceleration);
-        if structure.is_reduced() {
-            self.solve_contacts(width, half, rows);
-        } else {
-            self.solve_whole(width, half, rows);
-        }
+        self.accelerate(structure, half, rows);
         let moved = position.iter_mut().zip(velocity).zip(&mut *self.mean_velocity);
         for (((x, v), mean), &a) in moved.zip(&*self.acceleration) {
             *mean = *v + half * a;
             *x += duration * *mean;
             *v += duration * a;
+        }
+    }
+
+    /// The acceleration from r, and s̄ from s₀.
+    #[inline(always)]
+    pub(crate) fn accelerate(&mut self, structure: Structure, half: T, rows: &impl Rows<T>) {
+        let width = structure.width(self.acceleration.len());
+        if structure.is_reduced() {
+            self.solve_contacts(width, half, rows);
+        } else {
+            self.solve_whole(width, half, rows);
         }
     }
 
@@ -166,32 +186,9 @@ impl<T: Scalar> Parts<'_, T> {
         }
     }
 
-    /// Factors A; B and G.
-    #[cold]
-    fn factor(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
-        self.assemble(half);
-        band::factor(width, self.factors, |_, _| ());
-        let (coordinates, contacts) = (self.acceleration.len(), self.bias.len());
-        for (contact, response) in self.responses.chunks_exact_mut(coordinates).enumerate() {
-            response.fill(T::zero());
-            for &(place, factor) in rows.row(contact) {
-                if let Some(entry) = response.get_mut(place) {
-                    *entry += factor;
-                }
-            }
-            band::solve(width, self.factors, response);
-        }
-        for (contact, coupled) in self.coupling.chunks_exact_mut(contacts.max(1)).enumerate() {
-            let responses = self.responses.chunks_exact(coordinates);
-            for (entry, response) in coupled.iter_mut().zip(responses) {
-                *entry = half * along(rows.row(contact), response);
-            }
-        }
-    }
-
-    /// The acceleration from r, and s̄ from s₀, by a system of the size of the contacts.
+    /// By a system of the size of the contacts.
     #[inline(always)]
-    pub(crate) fn solve_contacts(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
+    fn solve_contacts(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
         band::solve(width, self.factors, self.acceleration);
         let contacts = self.bias.len();
         for (contact, sliding) in self.sliding.iter_mut().enumerate() {
@@ -217,7 +214,7 @@ impl<T: Scalar> Parts<'_, T> {
         }
     }
 
-    /// The acceleration from r, and s̄ from s₀, by the system in a band.
+    /// By the system in a band.
     #[inline(always)]
     fn solve_whole(&mut self, width: usize, half: T, rows: &impl Rows<T>) {
         self.assemble(half);
@@ -257,10 +254,6 @@ pub(crate) fn forwards<T: Scalar>(duration: T) -> T {
 
 /// Refuses a slice of another length.
 #[inline]
-pub(crate) fn check_length<V>(
-    name: &'static str,
-    slice: &[V],
-    wanted: usize,
-) -> Result<(), ParameterError> {
+pub(crate) fn check_length<V>(name: &'static str, slice: &[V], wanted: usize) -> Checked<()> {
     Named(name, slice.len()).count_between(wanted, wanted)
 }

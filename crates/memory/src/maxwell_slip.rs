@@ -25,7 +25,7 @@
 
 use bristle::curve::FrictionCurve;
 use bristle::nalgebra::SVector;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Bristle, Law, Limits, Linearised, LoadChange, Scalar, Surface};
 
@@ -166,14 +166,13 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
     ///
     /// Names the parameter that is out of its range, and the element. Refuses no elements, and
     /// elements of which none has a stiffness.
-    pub fn new(parameters: MaxwellSlipParameters<C, T, N>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: MaxwellSlipParameters<C, T, N>) -> Checked<Self> {
         let MaxwellSlipParameters { curve, elements, micro_damping, stick_ratio } = parameters;
         Named("elements", N).count(1)?;
-        for (i, element) in elements.iter().enumerate() {
-            let stiffness = Named("elements.stiffness", element.stiffness).non_negative();
-            let length = Named("elements.yield_length", element.yield_length).positive();
-            ParameterError::of_component(i, stiffness.and(length))?;
-        }
+        ParameterError::of_components(&elements, |element| {
+            Named("elements.stiffness", element.stiffness).non_negative()?;
+            Named("elements.yield_length", element.yield_length).positive()
+        })?;
         let total = elements.iter().fold(T::zero(), |sum, it| sum + it.stiffness * it.yield_length);
         let total = Named("sum of stiffness times yield_length", total).positive()?;
         let elements = elements.map(|Element { stiffness, yield_length }| Slip {
@@ -224,21 +223,17 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range, and the component.
-    pub fn following_load(
-        parameters: FollowingLoadParameters<C, T, N>,
-    ) -> Result<Self, ParameterError> {
+    pub fn following_load(parameters: FollowingLoadParameters<C, T, N>) -> Checked<Self> {
         let FollowingLoadParameters { curve, stiffness, micro_damping, stick_ratio } = parameters;
         Named("stiffness", N).count(1)?;
         let mut before = LoadedStiffness { load: T::zero(), stiffness: T::zero() };
-        for (i, &point) in stiffness.iter().enumerate() {
+        ParameterError::of_components(&stiffness, |point| {
             let load = Named("stiffness.load", point.load);
             let stiffness = Named("stiffness.stiffness", point.stiffness);
-            let checked = load.positive().and(stiffness.positive());
-            let checked = checked.and(load.increasing(before.load));
-            let checked = checked.and(stiffness.increasing(before.stiffness));
-            ParameterError::of_component(i, checked)?;
-            before = point;
-        }
+            let before = core::mem::replace(&mut before, *point);
+            load.positive().and(stiffness.positive())?;
+            load.increasing(before.load).and(stiffness.increasing(before.stiffness))
+        })?;
         let elements = core::array::from_fn(|i| {
             let none = LoadedStiffness { load: T::zero(), stiffness: T::zero() };
             let below = if i == 0 { none } else { stiffness[i - 1] };
@@ -251,12 +246,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
         Self::of(curve, elements, micro_damping, stick_ratio)
     }
 
-    fn of(
-        curve: C,
-        elements: [Slip<T>; N],
-        micro_damping: T,
-        stick_ratio: T,
-    ) -> Result<Self, ParameterError> {
+    fn of(curve: C, elements: [Slip<T>; N], micro_damping: T, stick_ratio: T) -> Checked<Self> {
         let micro_damping = Named("micro_damping", micro_damping).non_negative()?;
         Named("stick_ratio", stick_ratio).positive()?;
         Named("stick_ratio", stick_ratio).below("one", T::one())?;

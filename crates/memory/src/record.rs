@@ -14,7 +14,7 @@
 
 use bristle::Scalar;
 use bristle::nalgebra::{SMatrix, SVector};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 
 use crate::Element;
 use crate::non_negative::minimise;
@@ -53,7 +53,7 @@ pub struct RecordFit<T, const N: usize> {
 pub fn fit<T: Scalar, const N: usize>(
     record: &[RecordPoint<T>],
     yield_lengths: [T; N],
-) -> Result<RecordFit<T, N>, ParameterError> {
+) -> Checked<RecordFit<T, N>> {
     increasing(&yield_lengths)?;
     let lengths = SVector::<T, N>::from(yield_lengths);
     // Sums of the weights w, of w x, w F/p, w x xᵀ and w x F/p.

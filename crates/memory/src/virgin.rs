@@ -14,7 +14,7 @@
 
 use bristle::Scalar;
 use bristle::nalgebra::{SMatrix, SVector};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 
 use crate::Element;
@@ -44,9 +44,7 @@ pub fn coefficient<T: Scalar>(elements: &[Element<T>], deflection: T) -> T {
 ///
 /// Names the point that is not positive, not above the one before, or that the curve bends upwards
 /// at: elements that yield cannot stiffen. Take [`fit`] for noisy points.
-pub fn bends<T: Scalar, const N: usize>(
-    points: &[VirginPoint<T>; N],
-) -> Result<[Element<T>; N], ParameterError> {
+pub fn bends<T: Scalar, const N: usize>(points: &[VirginPoint<T>; N]) -> Checked<[Element<T>; N]> {
     let mut before = VirginPoint { deflection: T::zero(), coefficient: T::zero() };
     let mut slopes = [T::zero(); N];
     for (i, (&point, slope)) in points.iter().zip(&mut slopes).enumerate() {
@@ -81,12 +79,12 @@ pub fn bends<T: Scalar, const N: usize>(
 pub fn fit<T: Scalar, const N: usize>(
     points: &[VirginPoint<T>],
     yield_lengths: [T; N],
-) -> Result<[Element<T>; N], ParameterError> {
+) -> Checked<[Element<T>; N]> {
     increasing(&yield_lengths)?;
     Named("points", points.len()).count(1)?;
     let (mut matrix, mut right) = (SMatrix::<T, N, N>::zeros(), SVector::<T, N>::zeros());
-    for (i, point) in points.iter().enumerate() {
-        ParameterError::of_component(i, checked(point, T::zero()))?;
+    ParameterError::of_components(points, |point| checked(point, T::zero()))?;
+    for point in points {
         let row = SVector::<T, N>::from_fn(|i, _| point.deflection.smaller(yield_lengths[i]));
         matrix += row * row.transpose();
         right += row * point.coefficient;
@@ -101,18 +99,17 @@ pub(crate) fn elements<T: Scalar, const N: usize>(
     core::array::from_fn(|i| Element { stiffness: stiffness[i], yield_length: yield_lengths[i] })
 }
 
-pub(crate) fn increasing<T: Scalar>(yield_lengths: &[T]) -> Result<(), ParameterError> {
+pub(crate) fn increasing<T: Scalar>(yield_lengths: &[T]) -> Checked<()> {
     Named("yield_lengths", yield_lengths.len()).count(1)?;
     let mut before = T::zero();
-    for (i, &length) in yield_lengths.iter().enumerate() {
+    ParameterError::of_components(yield_lengths, |&length| {
         let length = Named("yield_lengths", length);
-        let increasing = length.positive().and(length.increasing(before));
-        before = ParameterError::of_component(i, increasing)?;
-    }
-    Ok(())
+        length.positive()?;
+        length.increasing(core::mem::replace(&mut before, length.1))
+    })
 }
 
-fn checked<T: Scalar>(point: &VirginPoint<T>, before: T) -> Result<T, ParameterError> {
+fn checked<T: Scalar>(point: &VirginPoint<T>, before: T) -> Checked<T> {
     let deflection = Named("points.deflection", point.deflection);
     let increasing = deflection.positive().and(deflection.increasing(before));
     increasing.and(Named("points.coefficient", point.coefficient).non_negative())

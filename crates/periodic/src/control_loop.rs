@@ -77,9 +77,8 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
             ("sample_time", sample_time),
         ] {
             // Zero, or large enough to be divided by.
-            if !(value == 0.0) {
-                Named(name, value).positive()?;
-            }
+            let in_range = value == 0.0 || Named(name, value).positive().is_ok();
+            Named(name, value).stated(in_range, "be zero, or lie between 1e-100 and 1e100")?;
         }
         Ok(self)
     }
@@ -99,6 +98,8 @@ pub struct ControlLoop<M, const N: usize> {
     frictionless: SMatrix<f64, N, N>,
 }
 
+const CONTINUOUS: &str = "be zero: a loop that samples is built by ControlLoop::sampled";
+
 impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
     /// A loop without a filter.
     ///
@@ -107,10 +108,10 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
     /// Names the parameter that is out of its range; refuses a filter and a sample time.
     pub fn new(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
         let parameters = parameters.checked()?;
-        let filter = parameters.controller.filter_time;
+        let Pid { filter_time, sample_time, .. } = parameters.controller;
         let rule = "be zero: a loop with a filter is built by ControlLoop::filtered";
-        Named("filter_time", filter).stated(filter == 0.0, rule)?;
-        Named("sample_time", parameters.controller.sample_time).exactly(0.0)?;
+        Named("filter_time", filter_time).stated(filter_time == 0.0, rule)?;
+        Named("sample_time", sample_time).stated(sample_time == 0.0, CONTINUOUS)?;
         Ok(Self::of(parameters))
     }
 }
@@ -124,8 +125,9 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 5> {
     /// time.
     pub fn filtered(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
         let parameters = parameters.checked()?;
-        Named("filter_time", parameters.controller.filter_time).positive()?;
-        Named("sample_time", parameters.controller.sample_time).exactly(0.0)?;
+        let Pid { filter_time, sample_time, .. } = parameters.controller;
+        Named("filter_time", filter_time).positive()?;
+        Named("sample_time", sample_time).stated(sample_time == 0.0, CONTINUOUS)?;
         Ok(Self::of(parameters))
     }
 }

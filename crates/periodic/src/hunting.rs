@@ -465,11 +465,12 @@ fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
 }
 
 /// The cycle that the motion from rest at a distance from the target \[m\] approaches within a
-/// duration \[s\].
+/// duration \[s\]: a start of which [`hunting`] says that it hunts.
 ///
 /// # Errors
 ///
-/// As [`Shooting::settle`] and [`Shooting::free`].
+/// [`PeriodicError::DoesNotRepeat`] from a start that rests; else as [`Shooting::settle`] and
+/// [`Shooting::free`].
 pub fn hunting_orbit<M: Bristle<f64, Deflection = f64>, const N: usize>(
     system: &ControlLoop<M, N>,
     start: f64,

@@ -3,9 +3,10 @@
 //!
 //! | item | what it gives |
 //! |---|---|
-//! | [`Shooting`] | a periodic motion of any [`System`](bristle::ode::System): [`forced`](Shooting::forced), [`free`](Shooting::free) or [`sampled`](Shooting::sampled), with its [`Multiplier`]s |
+//! | [`Shooting`] | a periodic motion of any system of [`bristle::ode`], with its [`Multiplier`]s |
 //! | [`Shooting::prescribed`] | a bristle under a velocity that repeats, without iteration |
-//! | [`Continuation`] | the branch of such motions over a parameter, with its [`PointKind`]s; the [`border`](Continuation::border) of the stable ones |
+//! | [`Continuation`] | the branch of such motions over a parameter, with its [`PointKind`]s |
+//! | [`Continuation::border`] | the parameter at which stable motions end |
 //! | [`DrivenMass`] | the stick-slip rig in coordinates that repeat |
 //! | [`ControlLoop`] | a position loop (P to PID) around a mass with friction, as a system |
 //! | [`hunting()`], [`hunting_map`] | does a loop hunt: a report, and a map over two gains |

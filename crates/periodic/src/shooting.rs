@@ -184,9 +184,7 @@ impl Shooting {
         Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
         Named("most_iterations", self.most_iterations).count(1)?;
         Named("segments", self.segments).count_between(1, MOST_SEGMENTS)?;
-        for (index, &scale) in scales.iter().enumerate() {
-            ParameterError::of_component(index, Named("scales", scale).positive())?;
-        }
+        ParameterError::of_components(&scales, |&scale| Named("scales", scale).positive())?;
         Ok(Cyclic {
             runs: Runs::new((self.tolerance, scales), self.most_steps),
             count: self.segments,

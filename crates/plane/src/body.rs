@@ -25,7 +25,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{PlaneBristle, PlaneContact};
 use bristle::ode::{Linearisation, System};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 use bristle::signal::Signal;
 use bristle::{Branch, Mechanism, Scalar};
@@ -108,18 +108,13 @@ where
     ///
     /// Names the parameter that is out of its range, and its axis; anchors and forces are checked
     /// at time zero.
-    pub fn new(parameters: PlaneBodyParameters<T, M, N, A, F>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: PlaneBodyParameters<T, M, N, A, F>) -> Checked<Self> {
         let PlaneBodyParameters { mechanisms, anchor, force, .. } = &parameters;
-        for axis in 0..N {
-            ParameterError::of_component(axis, mechanisms[axis].checked())?;
-            let start = [
-                ("anchor", anchor[axis].value(T::zero())),
-                ("force", force[axis].value(T::zero())),
-            ];
-            for (name, value) in start {
-                ParameterError::of_component(axis, Named(name, value).finite())?;
-            }
-        }
+        ParameterError::of_components(0..N, |axis| {
+            mechanisms[axis].checked()?;
+            Named("anchor", anchor[axis].value(T::zero())).finite()?;
+            Named("force", force[axis].value(T::zero())).finite()
+        })?;
         Ok(Self { parameters })
     }
 

@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use super::surface::norm;
 use super::{PlaneBristle, PlaneContact};
 use bristle::companion::{CompanionStep, CompletedStep, PointMass};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::{LoadChange, Reloaded, Scalar};
 
 impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
@@ -22,7 +22,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// # Errors
     ///
     /// Refuses a speed that is negative or not finite.
-    pub fn companion(self, fastest: T) -> Result<PlaneCompanion<T, M, N>, ParameterError> {
+    pub fn companion(self, fastest: T) -> Checked<PlaneCompanion<T, M, N>> {
         let fastest = Named("fastest", fastest).non_negative()?;
         let limit = self.model().limits(fastest).deflection;
         let limit = limit.unwrap_or_else(|| SVector::repeat(T::unlimited()));
@@ -86,12 +86,12 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
         normal_force: T,
         predicted_velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
-    ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
+    ) -> Checked<Reloaded<T, SVector<T, N>>> {
         self.contact.reload(normal_force, predicted_velocity, deflection)
     }
 
     /// Changes the normal force; the deflections are elsewhere.
-    pub(crate) fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+    pub(crate) fn change_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
         self.contact.change_load(normal_force)
     }
 

@@ -5,7 +5,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::PlaneBristle;
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::scalar::{is_zero, lit};
 use bristle::{
     Bristle, Contact, ContactResponse, HeldContact, LoadChange, Reloaded, Scalar, Surface,
@@ -75,7 +75,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite.
-    pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
+    pub fn new(model: M, normal_force: T) -> Checked<Self> {
         Ok(Self { contact: Contact::new(model, normal_force)? })
     }
 
@@ -93,13 +93,13 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         normal_force: T,
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
-    ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
+    ) -> Checked<Reloaded<T, SVector<T, N>>> {
         let change = self.contact.change_load(normal_force)?;
         Ok(self.held(change, velocity, deflection))
     }
 
     /// Changes the normal force; a deflection has to follow by [`PlaneContact::held`].
-    pub(crate) fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+    pub(crate) fn change_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
         self.contact.change_load(normal_force)
     }
 
@@ -129,7 +129,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         &mut self,
         normal_force: T,
         deflection: &SVector<T, N>,
-    ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
+    ) -> Checked<Reloaded<T, SVector<T, N>>> {
         let stored = self.stored_energy(deflection);
         let (kept, lost) = self.contact.renew_load(normal_force)?.renewed();
         Ok(Reloaded { deflection: deflection * kept, dissipated: lost * stored })
@@ -176,7 +176,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// # Errors
     ///
     /// Refuses a reference load that is not positive and finite.
-    pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
+    pub fn measured_at(self, reference_load: T) -> Checked<Self> {
         Ok(Self { contact: self.contact.measured_at(reference_load)? })
     }
 

@@ -26,7 +26,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
 use bristle::companion::CompletedStep;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Reloaded, Scalar};
 
@@ -93,16 +93,14 @@ impl<T: Scalar> FootprintPoint<T> {
     }
 
     /// The sum of all weights.
-    pub(crate) fn checked_sum(points: &[Self]) -> Result<T, ParameterError> {
+    pub(crate) fn checked_sum(points: &[Self]) -> Checked<T> {
         let mut sum = T::zero();
-        for (number, point) in points.iter().enumerate() {
-            let [x, y] = point.place;
-            let checked = Named("place", x)
-                .finite()
-                .and_then(|_| Named("place", y).finite())
-                .and_then(|_| Named("weight", point.weight).non_negative());
-            sum += ParameterError::of_component(number, checked)?;
-        }
+        ParameterError::of_components(points, |&FootprintPoint { place: [x, y], weight }| {
+            Named("place", x).finite()?;
+            Named("place", y).finite()?;
+            sum += Named("weight", weight).non_negative()?;
+            Ok(())
+        })?;
         Named("sum of weights", sum).positive()
     }
 
@@ -181,19 +179,14 @@ pub struct LimitEllipsoid<T> {
     pub wrench_error: T,
 }
 
-impl<T, M, P> Footprint<T, M, P>
-where
-    T: Scalar,
-    M: PlaneBristle<T, 2>,
-    P: AsRef<[FootprintPoint<T>]>,
-{
+impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<T, M, P> {
     /// A contact under the whole normal force, spread over points.
     ///
     /// # Errors
     ///
     /// Refuses a place that is not finite, a weight that is negative or not finite, and weights
     /// without a positive sum. Names the point.
-    pub fn new(contact: PlaneContact<T, M, 2>, points: P) -> Result<Self, ParameterError> {
+    pub fn new(contact: PlaneContact<T, M, 2>, points: P) -> Checked<Self> {
         let sum = FootprintPoint::checked_sum(points.as_ref())?;
         Ok(Self { contact, points, inverse: T::one() / sum })
     }
@@ -221,7 +214,7 @@ where
         normal_force: T,
         twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
-    ) -> Result<Reloaded<T, ()>, ParameterError> {
+    ) -> Checked<Reloaded<T, ()>> {
         self.as_many("deflections", deflections.len())?;
         let change = self.contact.change_load(normal_force)?;
         let mut dissipated = T::zero();
@@ -325,7 +318,7 @@ where
         twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
         duration: T,
-    ) -> Result<Vector3<T>, ParameterError> {
+    ) -> Checked<Vector3<T>> {
         self.as_many("deflections", deflections.len())?;
         let mut mean = Vector3::zeros();
         for ((share, lever), z) in self.shares().zip(deflections) {
@@ -342,13 +335,13 @@ where
     /// # Errors
     ///
     /// Refuses a speed that is negative or not finite.
-    pub fn companion(self, fastest: T) -> Result<FootprintCompanion<T, M, P>, ParameterError> {
+    pub fn companion(self, fastest: T) -> Checked<FootprintCompanion<T, M, P>> {
         let companion = self.contact.clone().companion(fastest)?;
         Ok(FootprintCompanion { footprint: self, companion })
     }
 
     /// As many of something as points.
-    fn as_many(&self, name: &'static str, count: usize) -> Result<(), ParameterError> {
+    fn as_many(&self, name: &'static str, count: usize) -> Checked<()> {
         let points = self.points().len();
         Named(name, count).count_between(points, points)
     }
@@ -376,17 +369,8 @@ impl<T: Scalar> Lever<T> {
     pub(crate) fn damping(self, damping: &Vector2<T>) -> Matrix3<T> {
         let ([x, y], zero) = (self.0, T::zero());
         let (first, second) = (-damping.x * y, damping.y * x);
-        Matrix3::new(
-            damping.x,
-            zero,
-            first, //
-            zero,
-            damping.y,
-            second, //
-            first,
-            second,
-            second * x - first * y,
-        )
+        let spin = [first, second, second * x - first * y];
+        Matrix3::from([[damping.x, zero, first], [zero, damping.y, second], spin])
     }
 }
 
@@ -449,12 +433,7 @@ pub struct FootprintStep<T: Scalar> {
     pub damping: Matrix3<T>,
 }
 
-impl<T, M, P> FootprintCompanion<T, M, P>
-where
-    T: Scalar,
-    M: PlaneBristle<T, 2>,
-    P: AsRef<[FootprintPoint<T>]>,
-{
+impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> FootprintCompanion<T, M, P> {
     /// The footprint.
     pub fn footprint(&self) -> &Footprint<T, M, P> {
         &self.footprint
@@ -471,7 +450,7 @@ where
         normal_force: T,
         predicted_twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
-    ) -> Result<Reloaded<T, ()>, ParameterError> {
+    ) -> Checked<Reloaded<T, ()>> {
         let reloaded = self.footprint.reload(normal_force, predicted_twist, deflections)?;
         let _ = self.companion.change_load(normal_force)?;
         Ok(reloaded)
@@ -490,7 +469,7 @@ where
         deflections: &[Vector2<T>],
         duration: T,
         steps: &mut [PlaneCompanionStep<T, 2>],
-    ) -> Result<FootprintStep<T>, ParameterError> {
+    ) -> Checked<FootprintStep<T>> {
         self.footprint.as_many("deflections", deflections.len())?;
         self.footprint.as_many("steps", steps.len())?;
         let (mut bias, mut damping) = (Vector3::zeros(), Matrix3::zeros());
@@ -514,7 +493,7 @@ where
         steps: &[PlaneCompanionStep<T, 2>],
         mean_twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
-    ) -> Result<CompletedStep<T, (), Vector3<T>>, ParameterError> {
+    ) -> Checked<CompletedStep<T, (), Vector3<T>>> {
         self.footprint.as_many("deflections", deflections.len())?;
         self.footprint.as_many("steps", steps.len())?;
         let ([work, stored, dissipated], force) = ([T::zero(); 3], Vector3::zeros());

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::surface::{surfaces, surfaces_and_slopes};
 use super::{Axis, AxisSurface, PlaneBristle, PlaneLimits};
 use bristle::curve::FrictionCurve;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::{KelvinVoigt, Rheology};
 use bristle::scalar::lit;
@@ -46,11 +46,9 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneFrBd<C, T, N> {
     /// # Errors
     ///
     /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
-    pub fn new(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
-        for (number, axis) in axes.iter().enumerate() {
-            let checked = Named("friction_ratio", axis.friction_ratio).positive();
-            ParameterError::of_component(number, checked)?;
-        }
+    pub fn new(curve: C, axes: [Axis<T>; N]) -> Checked<Self> {
+        let positive = |axis: &Axis<T>| Named("friction_ratio", axis.friction_ratio).positive();
+        ParameterError::of_components(&axes, positive)?;
         Ok(Self { curve, axes, regularisation: Unregularised })
     }
 
@@ -141,12 +139,7 @@ where
     }
 }
 
-impl<T, C, E, const N: usize> PlaneFrBd<C, T, N, E>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>, const N: usize> PlaneFrBd<C, T, N, E> {
     /// The limits, with a share of the damping σ1 in g: one, or zero for LuGre's relaxation.
     pub(super) fn limits_with(&self, fastest: T, share: T) -> PlaneLimits<T, N> {
         let fastest = fastest.abs();

@@ -88,7 +88,7 @@ pub use pushes::{EllipsoidFamily, EllipsoidFit, Push};
 pub use support::Support;
 pub use surface::AxisSurface;
 
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::rheology::KelvinVoigt;
 use bristle::{Bristle, Law, Scalar};
 
@@ -136,7 +136,7 @@ pub trait PlaneBristle<T: Scalar, const N: usize>: Debug + Clone {
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite.
-    fn under_load(self, normal_force: T) -> Result<PlaneContact<T, Self, N>, ParameterError> {
+    fn under_load(self, normal_force: T) -> Checked<PlaneContact<T, Self, N>> {
         PlaneContact::new(self, normal_force)
     }
 }

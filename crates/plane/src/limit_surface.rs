@@ -23,7 +23,7 @@
 //! Engineering for Industry 113 (1991), 320–327, for the ellipsoid.
 
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::scalar::lit;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -85,15 +85,12 @@ impl<T: Scalar> FrictionEllipsoid<T> {
     /// # Errors
     ///
     /// Refuses a matrix that is not finite or not positive definite.
-    pub fn new(matrix: Matrix3<T>) -> Result<Self, ParameterError> {
+    pub fn new(matrix: Matrix3<T>) -> Checked<Self> {
         Self::of_factor(matrix.cholesky().map(|cholesky| cholesky.l()), matrix)
     }
 
     /// From L, if there is one, of a matrix that an error tells of.
-    pub(crate) fn of_factor(
-        factor: Option<Matrix3<T>>,
-        matrix: Matrix3<T>,
-    ) -> Result<Self, ParameterError> {
+    pub(crate) fn of_factor(factor: Option<Matrix3<T>>, matrix: Matrix3<T>) -> Checked<Self> {
         let factor = factor.and_then(|factor| Some((factor, factor.try_inverse()?)));
         match factor.filter(|(_, inverse)| inverse.iter().all(|x| x.is_finite())) {
             Some((factor, inverse)) => Ok(Self { factor, inverse }),
@@ -110,7 +107,7 @@ impl<T: Scalar> FrictionEllipsoid<T> {
     /// # Errors
     ///
     /// Refuses a force or a radius that is not positive.
-    pub fn isotropic(force: T, spin_radius: T) -> Result<Self, ParameterError> {
+    pub fn isotropic(force: T, spin_radius: T) -> Checked<Self> {
         let force = Named("force", force).positive()?;
         let torque = force * Named("spin_radius", spin_radius).positive()?;
         let factor = Matrix3::from_diagonal(&Vector3::new(force, force, torque));
@@ -140,7 +137,7 @@ impl<T: Scalar> FrictionEllipsoid<T> {
     /// # Errors
     ///
     /// Refuses a wrench that is zero or not finite.
-    pub fn twist(&self, wrench: &Vector3<T>) -> Result<SlidingTwist<T>, ParameterError> {
+    pub fn twist(&self, wrench: &Vector3<T>) -> Checked<SlidingTwist<T>> {
         let inside = self.inverse * wrench;
         let utilisation = Named("wrench", inside.norm()).positive()?;
         let twist = self.inverse.tr_mul(&inside) / (utilisation * utilisation);
@@ -151,12 +148,7 @@ impl<T: Scalar> FrictionEllipsoid<T> {
 /// Dissipated power at a twist, its gradient and its Hessian.
 type Power<T> = (T, Vector3<T>, Matrix3<T>);
 
-impl<T, M, P> Footprint<T, M, P>
-where
-    T: Scalar,
-    M: PlaneBristle<T, 2>,
-    P: AsRef<[FootprintPoint<T>]>,
-{
+impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<T, M, P> {
     /// The twist of a wrench \[N, N m\] in quasi-static sliding: the one whose
     /// [wrench](Self::stationary_wrench) has the direction of the given one. The friction
     /// coefficients are those at a `speed` [m/s], at all points.

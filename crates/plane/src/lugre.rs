@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::{Axis, AxisSurface, PlaneBristle, PlaneFrBd, PlaneLimits};
 use bristle::curve::FrictionCurve;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::KelvinVoigt;
 use bristle::{Law, LuGre, Scalar};
@@ -40,7 +40,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
     /// # Errors
     ///
     /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
-    pub fn classical(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
+    pub fn classical(curve: C, axes: [Axis<T>; N]) -> Checked<Self> {
         let inside = curve.without_viscous_friction();
         let viscous = curve.viscous_friction() - inside.viscous_friction();
         Ok(Self { frbd: PlaneFrBd::new(inside, axes)?, viscous })
@@ -56,7 +56,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
         curve: C,
         axes: [Axis<T>; N],
         viscous_friction: T,
-    ) -> Result<Self, ParameterError> {
+    ) -> Checked<Self> {
         let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
         Ok(Self { frbd: PlaneFrBd::new(curve, axes)?, viscous })
     }

@@ -22,7 +22,7 @@
 //! M. T. Mason, "A convex polynomial force-motion model for planar sliding", IEEE ICRA 2016.
 
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 use nalgebra::{Cholesky, Const, Matrix3, SMatrix, SVector, Vector3};
 
@@ -45,22 +45,13 @@ impl<T: Scalar> Push<T> {
         self.twist.component_mul(&metric).angle(&predicted.component_mul(&metric))
     }
 
-    pub(crate) fn checked(
-        pushes: &[Self],
-        least: usize,
-        deviation: &Vector3<T>,
-    ) -> Result<(), ParameterError> {
+    pub(crate) fn checked(pushes: &[Self], least: usize, deviation: &Vector3<T>) -> Checked<()> {
         Named("pushes", pushes.len()).count(least)?;
-        for (axis, &deviation) in deviation.iter().enumerate() {
-            ParameterError::of_component(axis, Named("deviation", deviation).positive())?;
-        }
-        for (number, push) in pushes.iter().enumerate() {
-            let checked = Named("twist", push.twist.norm())
-                .positive()
-                .and_then(|_| Named("wrench", push.wrench.norm()).finite());
-            ParameterError::of_component(number, checked)?;
-        }
-        Ok(())
+        ParameterError::of_components(deviation, |&it| Named("deviation", it).positive())?;
+        ParameterError::of_components(pushes, |push| {
+            Named("twist", push.twist.norm()).positive()?;
+            Named("wrench", push.wrench.norm()).finite()
+        })
     }
 }
 

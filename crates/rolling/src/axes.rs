@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::combined::{axes_of, finite};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::{Bristle, Contact, LoadChange, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -20,7 +20,7 @@ pub trait OfAxes<T: Scalar, const A: usize>: Copy {
     /// # Errors
     ///
     /// Refuses one that is not, and names its axis where there are several.
-    fn finite(self, name: &'static str) -> Result<Self, ParameterError>;
+    fn finite(self, name: &'static str) -> Checked<Self>;
 }
 
 impl<T: Scalar> OfAxes<T, 1> for T {
@@ -35,7 +35,7 @@ impl<T: Scalar> OfAxes<T, 1> for T {
     }
 
     #[inline]
-    fn finite(self, name: &'static str) -> Result<Self, ParameterError> {
+    fn finite(self, name: &'static str) -> Checked<Self> {
         Named(name, self).finite()
     }
 }
@@ -52,7 +52,7 @@ impl<T: Scalar, const A: usize> OfAxes<T, A> for SVector<T, A> {
     }
 
     #[inline]
-    fn finite(self, name: &'static str) -> Result<Self, ParameterError> {
+    fn finite(self, name: &'static str) -> Checked<Self> {
         finite(name, &self).copied()
     }
 }

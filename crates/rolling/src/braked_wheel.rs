@@ -24,13 +24,9 @@
 //! # A step
 //!
 //! Over a step of length h tyre and brake are sources and dampers, F̄ = a + c v̄ and T̄ = b + d ω̄
-//! with the mean velocities of the step. The two balances of momentum are linear in these,
-//!
-//! ⎡ m + k     −k R         ⎤ ⎡ v̄_x ⎤   ⎡ m v_x + (h/2)(f − a)       ⎤
-//! ⎣ −k R   J + k R² + q    ⎦ ⎣ ω̄   ⎦ = ⎣ J ω + (h/2)(τ + R a − b)   ⎦,  k = c h/2,  q = d h/2,
-//!
-//! with the determinant m (J + k R² + q) + k (J + q), a sum of positive numbers for every h. Steps
-//! of every length keep the balance
+//! with the mean velocities of the step: a [`LinearMechanism`] of mass and wheel with two
+//! contacts.
+//! Steps of every length keep the balance
 //!
 //! h (f v̄_x + τ ω̄ + F̄_y v_y)
 //!   = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
@@ -43,12 +39,12 @@
 //! Canudas-de-Wit et al., "Dynamic friction models for road/tire longitudinal interaction",
 //! Vehicle System Dynamics 39 (2003); the step is derived here.
 
-use crate::Motion;
-use crate::Tyre;
+use crate::{Motion, Tyre};
 use bristle::companion::Companion;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Contact, Scalar};
+use bristle_mechanism::{self as mechanism, LinearMechanism, Matrices, Sources, Structure};
 
 /// How far a wheel may rock back, in lengths of its patch: its bristles stay where they are
 /// meanwhile, an error of that part of the patch.
@@ -198,25 +194,18 @@ pub struct BrakedWheel<T: Scalar, P, K> {
     tyre: P,
     brake: Companion<T, K>,
     body: Body<T>,
+    radius: T,
     state: WheelState<T>,
     /// Accelerations over the last step [m/s², rad/s²].
     acceleration: (T, T),
 }
 
-/// What is rigid.
-#[derive(Debug, Clone, Copy)]
-struct Body<T> {
-    mass: T,
-    inertia: T,
-    radius: T,
-}
+/// Mass and wheel, with contacts of the slip velocity and of the angular velocity.
+type Body<T> = LinearMechanism<T, [[(usize, T); 2]; 2], [T; NUMBERS]>;
 
-impl<T, P, K> BrakedWheel<T, P, K>
-where
-    T: Scalar,
-    P: Tyre<T>,
-    K: Bristle<T, Deflection = T>,
-{
+const NUMBERS: usize = Structure::Diagonal.storage(2, 2);
+
+impl<T: Scalar, P: Tyre<T>, K: Bristle<T, Deflection = T>> BrakedWheel<T, P, K> {
     /// Checks the parameters. The bristle of a brake that is under load begins with the deflection
     /// of a disc that has been turning.
     ///
@@ -224,11 +213,11 @@ where
     ///
     /// Refuses a mass, a moment of inertia or a radius that is not positive, a speed that is not
     /// finite, and an angular velocity that is negative.
-    pub fn new(parameters: BrakedWheelParameters<T, P, K>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: BrakedWheelParameters<T, P, K>) -> Checked<Self> {
         let BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity } =
             parameters;
         let angular_velocity = Named("angular_velocity", angular_velocity).non_negative()?;
-        let zero = T::zero();
+        let (zero, one) = (T::zero(), T::one());
         let state = WheelState {
             time: zero,
             position: zero,
@@ -241,14 +230,16 @@ where
             lateral_force: zero,
             brake_torque: zero,
         };
+        let mass = [Named("mass", mass).positive()?, Named("inertia", inertia).positive()?];
+        let radius = Named("radius", radius).positive()?;
+        let rows = [[(0, one), (1, -radius)], [(1, one), (1, zero)]];
+        let (structure, mass) = (Structure::Diagonal, &mass[..]);
+        let matrices = Matrices { structure, mass, damping: &[], stiffness: &[] };
         Ok(Self {
             tyre,
             brake: brake.companion(angular_velocity)?,
-            body: Body {
-                mass: Named("mass", mass).positive()?,
-                inertia: Named("inertia", inertia).positive()?,
-                radius: Named("radius", radius).positive()?,
-            },
+            body: LinearMechanism::new(&matrices, rows, [zero; NUMBERS])?,
+            radius,
             state,
             acceleration: (zero, zero),
         })
@@ -278,7 +269,7 @@ where
 
     /// Slip velocity v = v_x − ωR [m/s], to a rounding of the speed.
     pub fn slip_velocity(&self) -> T {
-        self.state.speed - self.state.angular_velocity * self.body.radius
+        self.state.speed - self.state.angular_velocity * self.radius
     }
 
     /// Slip of braking (v_x − ωR)/v_x = s/(1 + s) \[–\] with s = v/U of [`Motion::slip_ratio`]: 0
@@ -298,9 +289,8 @@ where
 
     /// ½ m v_x² + ½ J ω² \[J\].
     pub fn kinetic_energy(&self) -> T {
-        let WheelState { speed, angular_velocity, .. } = self.state;
-        let Body { mass, inertia, .. } = self.body;
-        lit::<T>(0.5) * (mass * speed * speed + inertia * angular_velocity * angular_velocity)
+        let WheelState { position, angle, speed, angular_velocity, .. } = self.state;
+        self.body.energy(&[position, angle], &[speed, angular_velocity])
     }
 
     /// Energy stored in the bristles of tyre and brake \[J\]. It takes time in proportion to the
@@ -315,11 +305,7 @@ where
     ///
     /// Refuses loads and a duration that are not finite or negative, a lateral velocity on a tyre
     /// of one axis, and a wheel that rolls backwards; the wheel is as it was.
-    pub fn step(
-        &mut self,
-        loads: WheelLoads<T>,
-        duration: T,
-    ) -> Result<WheelState<T>, ParameterError> {
+    pub fn step(&mut self, loads: WheelLoads<T>, duration: T) -> Checked<WheelState<T>> {
         Named("brake_normal_force", loads.brake_normal_force).non_negative()?;
         Named("drive_torque", loads.drive_torque).finite()?;
         Named("force", loads.force).finite()?;
@@ -342,24 +328,24 @@ where
         loads: WheelLoads<T>,
         brake_deflection: T,
         duration: T,
-    ) -> Result<WheelState<T>, ParameterError> {
+    ) -> Checked<WheelState<T>> {
         let half = lit::<T>(0.5) * duration;
-        let (before, body, moves) = (self.state, self.body, duration > T::zero());
-        let length = self.tyre.length();
+        let (before, radius, moves) = (self.state, self.radius, duration > T::zero());
+        let (body, length) = (&mut self.body, self.tyre.length());
         // Forward beyond where it has been.
         let owed = if moves { before.rolled_back * length / duration } else { T::zero() };
         let motion = |slip_velocity: T, spin: T| Motion {
             slip_velocity: [slip_velocity, loads.lateral_velocity],
-            rolling_speed: positive(spin * body.radius - owed),
+            rolling_speed: positive(spin * radius - owed),
         };
         let (speed_rate, angular_rate) = self.acceleration;
         let mut spin = before.angular_velocity + half * angular_rate;
-        let mut slip = before.speed + half * speed_rate - spin * body.radius;
+        let mut slip = before.speed + half * speed_rate - spin * radius;
         // First with the coefficients at the extrapolated velocities.
         let pads = self.brake.step(spin, brake_deflection, duration);
         let pads = [pads.bias(), pads.damping()];
         self.tyre.roll(motion(slip, spin), duration, |tyre| {
-            (slip, spin, _) = body.balance(&before, &loads, tyre, pads, half);
+            ([slip, spin], _) = before.moved(body, &loads, [tyre, pads], duration)?;
             Ok(None)
         })?;
         // Then with those at the mean velocities found.
@@ -367,9 +353,11 @@ where
         let pads = [step.bias(), step.damping()];
         let mut after = before;
         let rolled = self.tyre.roll(motion(slip, spin), duration, |tyre| {
-            let mean_speed;
-            (slip, spin, mean_speed) = body.balance(&before, &loads, tyre, pads, half);
-            after = before.moved([mean_speed, spin], duration, body.radius, length)?;
+            ([slip, spin], after) = before.moved(body, &loads, [tyre, pads], duration)?;
+            Named("speed", after.speed).finite()?;
+            Named("angular_velocity", after.angular_velocity).finite()?;
+            after.rolled_back = positive(before.rolled_back - spin * radius * duration / length);
+            Named("rolled_back", after.rolled_back).at_most("what a patch takes", lit(ROCKING))?;
             Ok(Some(slip))
         })?;
 
@@ -391,56 +379,25 @@ fn positive<T: Scalar>(value: T) -> T {
 }
 
 impl<T: Scalar> WheelState<T> {
-    /// The motion after a step with the mean velocities v̄_x and ω̄, if the wheel has not rocked
-    /// back too far.
+    /// The mean slip velocity and angular velocity of a step, and the motion after it, with bias
+    /// and damping of the tyre and of the brake.
     fn moved(
         self,
-        [mean_speed, spin]: [T; 2],
-        duration: T,
-        radius: T,
-        length: T,
-    ) -> Result<Self, ParameterError> {
-        let two = lit::<T>(2.0);
-        let speed = Named("speed", two * mean_speed - self.speed).finite()?;
-        let angular_velocity = two * spin - self.angular_velocity;
-        Named("angular_velocity", angular_velocity).finite()?;
-        let rolled_back = positive(self.rolled_back - spin * radius * duration / length);
-        Named("rolled_back", rolled_back).at_most("what a patch takes", lit(ROCKING))?;
-        Ok(Self {
-            time: self.time + duration,
-            position: self.position + duration * mean_speed,
-            angle: self.angle + duration * spin,
-            speed,
-            angular_velocity,
-            rolled_back,
-            ..self
-        })
-    }
-}
-
-impl<T: Scalar> Body<T> {
-    /// The mean velocities v̄, ω̄ and v̄_x of a step from both balances of momentum, with bias and
-    /// damping of the tyre and of the brake.
-    fn balance(
-        &self,
-        before: &WheelState<T>,
+        body: &mut Body<T>,
         loads: &WheelLoads<T>,
-        [tyre_bias, tyre_damping]: [T; 2],
-        [brake_bias, brake_damping]: [T; 2],
-        half: T,
-    ) -> (T, T, T) {
-        let Self { mass, inertia, radius } = *self;
-        let (k, q) = (half * tyre_damping, half * brake_damping);
-        let forward = mass * before.speed + half * (loads.force - tyre_bias);
-        let turning = inertia * before.angular_velocity
-            + half * (loads.drive_torque + radius * tyre_bias - brake_bias);
-        let turned = inertia + q;
-        let coupled = k * radius;
-        let inverse = T::one() / (mass * (turned + coupled * radius) + k * turned);
-        // Not from the difference of the other two, which a stiff tyre makes nearly equal.
-        let slip_velocity = (turned * forward - mass * radius * turning) * inverse;
-        let angular_velocity = ((mass + k) * turning + coupled * forward) * inverse;
-        let speed = ((turned + coupled * radius) * forward + coupled * turning) * inverse;
-        (slip_velocity, angular_velocity, speed)
+        [tyre, brake]: [[T; 2]; 2],
+        duration: T,
+    ) -> Checked<([T; 2], Self)> {
+        let mut position = [self.position, self.angle];
+        let mut velocity = [self.speed, self.angular_velocity];
+        let mut means = [0, 1].map(|contact| body.sliding_velocity(contact, &velocity));
+        let motion = mechanism::Motion { position: &mut position, velocity: &mut velocity };
+        let ([bias, damping], sliding) =
+            ([[tyre[0], brake[0]], [tyre[1], brake[1]]], &mut means[..]);
+        let sources = Sources { bias: &bias, damping: &damping, sliding };
+        body.advance(duration, &[loads.force, loads.drive_torque], motion, sources)?;
+        let ([position, angle], [speed, angular_velocity]) = (position, velocity);
+        let time = self.time + duration;
+        Ok((means, Self { time, position, angle, speed, angular_velocity, ..self }))
     }
 }

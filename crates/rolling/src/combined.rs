@@ -25,7 +25,7 @@ use nalgebra::SVector;
 
 use super::patch::{Crossing, coefficients, slopes};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::{Contact, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -75,7 +75,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     pub fn combined_steady<const A: usize>(
         &self,
         motion: Motion<SVector<T, A>, T>,
-    ) -> Result<[Steady<T>; A], ParameterError>
+    ) -> Checked<[Steady<T>; A]>
     where
         M: PlaneBristle<T, A>,
     {
@@ -99,7 +99,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     pub fn combined_linearised<const A: usize>(
         &self,
         motion: Motion<SVector<T, A>, T>,
-    ) -> Result<[[LinearisedPatch<T, P>; A]; A], ParameterError>
+    ) -> Checked<[[LinearisedPatch<T, P>; A]; A]>
     where
         M: PlaneBristle<T, A>,
     {
@@ -134,7 +134,7 @@ pub(super) fn axes_of<T: Scalar, M: PlaneBristle<T, A>, const A: usize>(
 pub(super) fn finite<'a, T: Scalar, const A: usize>(
     name: &'static str,
     vector: &'a SVector<T, A>,
-) -> Result<&'a SVector<T, A>, ParameterError> {
+) -> Checked<&'a SVector<T, A>> {
     for (number, &component) in vector.iter().enumerate() {
         let checked = Named(name, component).finite();
         if A > 1 { ParameterError::of_component(number, checked) } else { checked }?;

@@ -41,7 +41,7 @@ use nalgebra::Complex;
 use super::patch::{Crossing, checked, of_velocity, slopes};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Bristle, Scalar};
 
@@ -108,7 +108,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a motion that is not finite, and a rolling speed that is not positive.
-    pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
+    pub fn linearised(&self, motion: Motion<T>) -> Checked<LinearisedPatch<T, P>> {
         let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
         of_velocity(self.model())?;
         let (affine, slopes) = slopes(self.contact(), v);

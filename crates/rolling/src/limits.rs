@@ -38,7 +38,7 @@
 use super::patch::Crossing;
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Scalar};
 
@@ -96,7 +96,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a slip velocity or a time that is negative or not finite, and a rolling speed that
     /// is not positive.
-    pub fn limits(&self, fastest: Motion<T>, elapsed: T) -> Result<PatchLimits<T>, ParameterError> {
+    pub fn limits(&self, fastest: Motion<T>, elapsed: T) -> Checked<PatchLimits<T>> {
         let Crossing { slip_velocity: fastest, transport } = self.rolling(fastest)?;
         let fastest = Named("slip_velocity", fastest).non_negative()?;
         let elapsed = Named("elapsed", elapsed).non_negative()?;

@@ -36,7 +36,7 @@ use nalgebra::Complex;
 
 use super::patch::coefficients;
 use super::{Patch, Pressure};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 use bristle::{Bristle, Law, Scalar};
 
@@ -191,7 +191,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a rolling speed that is not positive and a pressure that carries nothing.
-    pub fn least_passive_damping(&self, rolling_speed: T) -> Result<T, ParameterError> {
+    pub fn least_passive_damping(&self, rolling_speed: T) -> Checked<T> {
         let rolling_speed = Named("rolling_speed", rolling_speed).positive()?;
         let total = Named("total pressure", self.pressure().total()).positive()?;
         let stiffness = coefficients(self.contact(), T::zero())?.stiffness;

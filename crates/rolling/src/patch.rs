@@ -1,7 +1,7 @@
 //! A contact patch: bristles of one model along a length, under a pressure.
 
 use super::Pressure;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::scalar::is_zero;
 use bristle::{Affine, Bristle, Contact, Form, LoadChange, Scalar};
 
@@ -11,7 +11,7 @@ use bristle::{Affine, Bristle, Contact, Form, LoadChange, Scalar};
 pub(super) fn coefficients<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     velocity: T,
-) -> Result<Affine<T>, ParameterError> {
+) -> Checked<Affine<T>> {
     of_velocity(contact.model())?;
     checked(contact.affine(velocity, T::zero()))
 }
@@ -31,7 +31,7 @@ pub(super) fn slopes<T: Scalar, M: Bristle<T, Deflection = T>>(
 
 /// Refuses a model whose coefficients depend on its deflection.
 #[inline]
-pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Result<(), ParameterError> {
+pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Checked<()> {
     if model.form() == Form::OfVelocity {
         return Ok(());
     }
@@ -43,7 +43,7 @@ pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Result<(), Par
 
 /// Coefficients, if they are finite and λ is not negative.
 #[inline]
-pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, ParameterError> {
+pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Checked<Affine<T>> {
     let Affine { relaxation, drive, stiffness, damping } = affine;
     if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
         return Ok(affine);
@@ -59,7 +59,7 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
 
 /// A computed number of any magnitude, if it is finite.
 #[inline]
-pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Checked<T> {
     Named(name, value).check(value.is_finite(), Rule::Finite)
 }
 
@@ -116,7 +116,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a length that is not positive.
-    pub fn new(parameters: PatchParameters<T, M, P>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: PatchParameters<T, M, P>) -> Checked<Self> {
         let PatchParameters { model, length, pressure } = parameters;
         let length = Named("length", length).positive()?;
         let given = Named("total pressure", length * pressure.total()).non_negative()?;
@@ -130,7 +130,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite, and a pressure that carries nothing.
-    pub fn under_load(mut self, normal_force: T) -> Result<Self, ParameterError> {
+    pub fn under_load(mut self, normal_force: T) -> Checked<Self> {
         self.renew_load(normal_force)?;
         Ok(self)
     }
@@ -141,13 +141,13 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a reference load that is not positive, and a pressure that carries nothing.
-    pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
+    pub fn measured_at(self, reference_load: T) -> Checked<Self> {
         let factor = reference_load / Named("total pressure", self.given).positive()?;
         Ok(Self { contact: self.contact.measured_at(reference_load)?, factor, ..self })
     }
 
     /// Makes the normal force the reference load, too.
-    pub(super) fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+    pub(super) fn renew_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
         Named("normal_force", normal_force).non_negative()?;
         let given = Named("total pressure", self.given).positive()?;
         self.factor = normal_force / given;
@@ -155,7 +155,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     }
 
     /// Changes the normal force.
-    pub(super) fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+    pub(super) fn change_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
         self.contact.change_load(normal_force)
     }
 
@@ -200,7 +200,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// The motion in the patch's own unit of length, if the patch rolls forward or stands. Below
     /// the smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
     #[inline]
-    pub(super) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
+    pub(super) fn forward(&self, motion: Motion<T>) -> Checked<Crossing<T>> {
         let slip_velocity = Named("slip_velocity", motion.slip_velocity).finite()?;
         let rolling_speed = Named("rolling_speed", motion.rolling_speed).non_negative()?;
         let stands = rolling_speed < Named::smallest();
@@ -215,14 +215,14 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         &self,
         contact: &Contact<T, K>,
         motion: Motion<T>,
-    ) -> Result<Frozen<T>, ParameterError> {
+    ) -> Checked<Frozen<T>> {
         let Crossing { slip_velocity, transport } = self.forward(motion)?;
         let affine = coefficients(contact, slip_velocity)?;
         Ok(Frozen { affine, slip_velocity, transport })
     }
 
     /// The motion in the patch's own unit of length, if the patch rolls forward.
-    pub(super) fn rolling(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
+    pub(super) fn rolling(&self, motion: Motion<T>) -> Checked<Crossing<T>> {
         Named("rolling_speed", motion.rolling_speed).positive()?;
         self.forward(motion)
     }

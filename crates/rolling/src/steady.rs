@@ -23,7 +23,7 @@
 use super::patch::{Frozen, coefficients};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Bristle, Scalar};
@@ -107,7 +107,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a motion that is not finite, and a negative rolling speed.
-    pub fn steady(&self, motion: Motion<T>) -> Result<Steady<T>, ParameterError> {
+    pub fn steady(&self, motion: Motion<T>) -> Checked<Steady<T>> {
         let Frozen { affine, slip_velocity: v, transport } = self.frozen(self.contact(), motion)?;
         let still = is_zero(affine.relaxation);
         let surface = self.contact().surface(v);
@@ -138,7 +138,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a rolling speed that is not positive.
-    pub fn slip_stiffness(&self, rolling_speed: T) -> Result<T, ParameterError> {
+    pub fn slip_stiffness(&self, rolling_speed: T) -> Checked<T> {
         let about = self.linearised(Motion { slip_velocity: T::zero(), rolling_speed })?;
         Ok(about.steady_slope() * rolling_speed)
     }
@@ -155,7 +155,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a slip velocity that is not finite or zero, a rolling speed that is not positive,
     /// and a slip on the way at which a coefficient of the model is not finite.
-    pub fn peak(&self, up_to: Motion<T>) -> Result<Option<Motion<T>>, ParameterError> {
+    pub fn peak(&self, up_to: Motion<T>) -> Checked<Option<Motion<T>>> {
         const SLIPS: usize = 600;
         const DECADES: f64 = 6.0;
         self.rolling(up_to)?;
@@ -205,7 +205,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a motion that is not finite, and a negative rolling speed.
-    pub fn pneumatic_trail(&self, motion: Motion<T>) -> Result<Option<T>, ParameterError> {
+    pub fn pneumatic_trail(&self, motion: Motion<T>) -> Checked<Option<T>> {
         let steady = self.steady(motion)?;
         let Frozen { affine, slip_velocity, transport } = self.frozen(self.contact(), motion)?;
         let half: T = lit(0.5);

@@ -2,7 +2,7 @@
 
 use crate::{ExactPatch, Memory, Motion, OfAxes, PatchModel};
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 
 /// Romano et al., Table 1: the length of the tyre's contact patch, 0.1 m. Its curve and bristle are
 /// in [`bristle::paper`].
@@ -36,8 +36,8 @@ pub trait Tyre<T: Scalar> {
         &mut self,
         predicted: Motion<[T; 2], T>,
         duration: T,
-        solve: impl FnOnce([T; 2]) -> Result<Option<T>, ParameterError>,
-    ) -> Result<Option<[T; 2]>, ParameterError>;
+        solve: impl FnOnce([T; 2]) -> Checked<Option<T>>,
+    ) -> Checked<Option<[T; 2]>>;
 }
 
 /// Where there are more axes than two, the others do not slip.
@@ -64,8 +64,8 @@ where
         &mut self,
         predicted: Motion<[T; 2], T>,
         duration: T,
-        solve: impl FnOnce([T; 2]) -> Result<Option<T>, ParameterError>,
-    ) -> Result<Option<[T; 2]>, ParameterError> {
+        solve: impl FnOnce([T; 2]) -> Checked<Option<T>>,
+    ) -> Checked<Option<[T; 2]>> {
         let Motion { slip_velocity: [along, across], rolling_speed } = predicted;
         let rule = Rule::Stated("be zero on a tyre of one axis (a PlaneBristle makes one of two)");
         Named("lateral_velocity", across).check(A > 1 || across == T::zero(), rule)?;

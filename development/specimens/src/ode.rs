@@ -144,7 +144,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         self.0.solve_with_events(&system, span, initial_state, events, output)
     }
 
-    pub fn stream<O: Observer<T, N>, const K: usize>(
+    pub fn stream<O: Observer<T, SVector<T, N>>, const K: usize>(
         &self,
         system: &dyn System<T, N, K>,
         span: Range<T>,

@@ -9,7 +9,7 @@
 //! | creep | steady velocity under a force below breakaway, F_ss(v) = F | a search for it |
 //! | relaxation at rest | λ(0): how fast the bristles of a resting contact let go | |
 //! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] a load cycle F₁ ↔ F₂ | closed form |
-//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1, or 2 reversed | [`step_limits`] |
+//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1 (2 reversed) | [`step_limits`] |
 //! | | Maxwell bristle: (s + λ)(m s² + d s + k) + σ0 c p s = 0, λ(0), fast roots | |
 //! | stick-slip | speeds of stable sliding on the spring | [`linear`] |
 //! | steps | largest stable step of each method | [`step_limits`] |
@@ -34,7 +34,7 @@
 
 mod report;
 
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
 use bristle::{
@@ -241,7 +241,7 @@ impl<T: Scalar> Audit<T> {
 pub fn audit<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     parameters: AuditParameters<T>,
-) -> Result<Audit<T>, ParameterError> {
+) -> Checked<Audit<T>> {
     let AuditParameters { fastest, mechanism, sample_time, load_cycle, .. } = parameters;
     Named("fastest", fastest).positive()?;
     if let Some(step) = sample_time {
@@ -421,7 +421,7 @@ fn stuck_mass<T: Scalar, M: Bristle<T, Deflection = T>>(
 }
 
 /// The load cycle, of which both forces must be below breakaway.
-fn checked<T: Scalar>(cycle: Option<Bounds<T>>, breakaway: T) -> Result<Bounds<T>, ParameterError> {
+fn checked<T: Scalar>(cycle: Option<Bounds<T>>, breakaway: T) -> Checked<Bounds<T>> {
     let cycle = cycle.unwrap_or(Bounds { min: T::zero(), max: lit::<T>(0.5) * breakaway });
     for (name, force) in [("load_cycle.max", cycle.max), ("-load_cycle.min", -cycle.min)] {
         Named(name, force).finite()?;

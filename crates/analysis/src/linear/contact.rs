@@ -1,6 +1,6 @@
 //! A contact as a linear system from its velocity to its force.
 
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::rheology::{Deflection, States};
 use bristle::scalar::{is_zero, lit};
 use bristle::{Branch, Bristle, Contact, LinearisedContact, Scalar, Sliding};
@@ -31,7 +31,7 @@ pub fn state_space<T: Scalar, M: Bristle<T>, const N: usize>(
     contact: &Contact<T, M>,
     sliding: impl Into<Sliding<T>>,
     deflection: M::Deflection,
-) -> Result<StateSpace<T, N>, ParameterError>
+) -> Checked<StateSpace<T, N>>
 where
     M::Deflection: States<T, N>,
 {
@@ -77,7 +77,7 @@ where
 pub fn steady_state_space<T: Scalar, M: Bristle<T>, const N: usize>(
     contact: &Contact<T, M>,
     sliding: impl Into<Sliding<T>>,
-) -> Result<StateSpace<T, N>, ParameterError>
+) -> Checked<StateSpace<T, N>>
 where
     M::Deflection: States<T, N>,
 {

@@ -7,7 +7,7 @@
 //! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980).
 
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 use bristle::scalar::{lit, to_f64};
 use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
@@ -77,7 +77,7 @@ pub struct StateSpace<T: Scalar, const N: usize> {
 
 impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// The system, if every entry is finite.
-    pub(super) fn finite(self) -> Result<Self, ParameterError> {
+    pub(super) fn finite(self) -> Checked<Self> {
         let dynamics = self.dynamics.iter().map(|&entry| ("dynamics", entry));
         let input = self.input.iter().map(|&entry| ("input", entry));
         let output = self.output.iter().map(|&entry| ("output", entry));
@@ -114,7 +114,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// Refuses a system whose transients do not die out, one that is not finite, and a frequency
     /// that is NaN.
-    pub fn frequency_response(&self, angular_frequency: T) -> Result<Complex<T>, ParameterError> {
+    pub fn frequency_response(&self, angular_frequency: T) -> Checked<Complex<T>> {
         Named("angular_frequency", angular_frequency).number()?;
         self.finite()?.stable()?;
         Ok(self.transfer(Complex::new(T::zero(), angular_frequency)))
@@ -127,7 +127,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// Refuses a system with a pole at zero, one whose transients do not die out, and one that is
     /// not finite.
-    pub fn static_gain(&self) -> Result<T, ParameterError> {
+    pub fn static_gain(&self) -> Checked<T> {
         self.finite()?;
         let gain = self.transfer(Complex::new(T::zero(), T::zero())).re;
         let rule = "be finite: there is a pole at zero";
@@ -142,7 +142,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// # Errors
     ///
     /// Refuses a matrix that is not finite.
-    pub fn poles(&self) -> Result<[Complex<T>; N], ParameterError> {
+    pub fn poles(&self) -> Checked<[Complex<T>; N]> {
         let rule = Rule::Stated("be finite, and its eigenvalues be found");
         let values = eigenvalues(&self.dynamics.map(to_f64));
         let values =
@@ -155,7 +155,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// # Errors
     ///
     /// Refuses a matrix that is not finite.
-    pub fn abscissa(&self) -> Result<T, ParameterError> {
+    pub fn abscissa(&self) -> Checked<T> {
         let parts = self.poles()?.into_iter().map(|pole| pole.re);
         Ok(parts.reduce(T::larger).unwrap_or_else(T::zero))
     }
@@ -165,7 +165,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// # Errors
     ///
     /// Names the largest growth rate otherwise.
-    pub fn stable(&self) -> Result<(), ParameterError> {
+    pub fn stable(&self) -> Checked<()> {
         let abscissa = self.abscissa()?;
         let rule = "be negative: small motions must die out for a steady response";
         Named("largest real part of the poles", abscissa)

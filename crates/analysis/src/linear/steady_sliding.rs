@@ -16,7 +16,7 @@
 
 use core::cmp::Ordering;
 
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 use bristle::{Bristle, Contact, Mechanism, Scalar, Sliding};
 use nalgebra::{RowVector3, Vector3};
@@ -61,7 +61,7 @@ pub enum Threshold<T> {
 const DOWN: f64 = 0.964_661_619_911_199;
 
 /// A mechanism in range that has a spring.
-fn on_spring<T: Scalar>(mechanism: Mechanism<T>) -> Result<Mechanism<T>, ParameterError> {
+fn on_spring<T: Scalar>(mechanism: Mechanism<T>) -> Checked<Mechanism<T>> {
     Named("spring_stiffness", mechanism.checked()?.spring_stiffness).positive()?;
     Ok(mechanism)
 }
@@ -136,7 +136,7 @@ pub fn steady_sliding<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     mechanism: Mechanism<T>,
     sliding: impl Into<Sliding<T>>,
-) -> Result<SteadySliding<T>, ParameterError> {
+) -> Checked<SteadySliding<T>> {
     let Mechanism { mass, spring_stiffness, viscous_damping } = on_spring(mechanism)?;
     let sliding = sliding.into();
     let friction: StateSpace<T, 1> = steady_state_space(contact, sliding)?;
@@ -144,17 +144,13 @@ pub fn steady_sliding<T: Scalar, M: Bristle<T, Deflection = T>>(
     let friction_force = contact.stationary_force(sliding);
     let (zero, one) = (T::zero(), T::one());
     let (by_velocity, by_deflection) = (friction.feedthrough, friction.output.x);
-    let dynamics = nalgebra::Matrix3::new(
-        zero,
-        -one,
-        zero,
-        spring_stiffness / mass,
-        -(by_velocity + viscous_damping) / mass,
-        -by_deflection / mass,
-        zero,
-        friction.input.x,
-        friction.dynamics.x,
-    );
+    let damping = by_velocity + viscous_damping;
+    let rows = [
+        [zero, -one, zero],
+        [spring_stiffness / mass, -damping / mass, -by_deflection / mass],
+        [zero, friction.input.x, friction.dynamics.x],
+    ];
+    let dynamics = nalgebra::Matrix3::from(rows).transpose();
     let state_space = StateSpace {
         dynamics,
         input: Vector3::new(one, zero, zero),
@@ -180,7 +176,7 @@ pub fn critical_stiffness<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     mechanism: Mechanism<T>,
     sliding: impl Into<Sliding<T>>,
-) -> Result<Threshold<T>, ParameterError> {
+) -> Checked<Threshold<T>> {
     let conditions = conditions(contact, on_spring(mechanism)?, sliding.into())?;
     let zero = T::zero();
     if !(conditions.relaxation > zero && conditions.shifted > zero) {
@@ -212,13 +208,13 @@ pub fn critical_speed<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     mechanism: Mechanism<T>,
     speeds: core::ops::Range<T>,
-) -> Result<Threshold<T>, ParameterError> {
+) -> Checked<Threshold<T>> {
     let mechanism = on_spring(mechanism)?;
     let start = Named("speeds.start", speeds.start).positive()?;
     let end = Named("speeds.end", speeds.end).positive()?;
     Named("speeds.end", end).at_least("speeds.start", start)?;
     let mut marginal = true;
-    let mut stable = |speed: T| -> Result<bool, ParameterError> {
+    let mut stable = |speed: T| -> Checked<bool> {
         let conditions = conditions(contact, mechanism, Sliding::from(speed))?;
         let decay = conditions.decay(mechanism.spring_stiffness);
         marginal &= decay == Ordering::Equal;
@@ -254,7 +250,7 @@ fn conditions<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     Mechanism { mass, viscous_damping, .. }: Mechanism<T>,
     sliding: Sliding<T>,
-) -> Result<Conditions<T>, ParameterError> {
+) -> Checked<Conditions<T>> {
     let friction: StateSpace<T, 1> = steady_state_space(contact, sliding)?;
     let relaxation = -friction.dynamics.x;
     let quick = viscous_damping + friction.feedthrough;

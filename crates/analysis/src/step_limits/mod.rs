@@ -68,7 +68,7 @@ mod region;
 use core::fmt;
 
 use bristle::number::Number;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 use bristle::scalar::{lit, to_f64};
 use bristle::{Branch, Bristle, Contact, Mechanism, Scalar};
 use nalgebra::{Complex, ComplexField, Matrix2, SMatrix};
@@ -159,7 +159,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     mechanism: Option<Mechanism<T>>,
     fastest: T,
     scheme: Scheme,
-) -> Result<StepLimits<T>, ParameterError> {
+) -> Checked<StepLimits<T>> {
     let mechanism = mechanism.map(Mechanism::checked).transpose()?;
     Named("fastest", fastest).number()?;
     let bristle = if region::polynomial(scheme).is_some() {
@@ -356,7 +356,7 @@ impl<T: Scalar> StepLimits<T> {
     ///
     /// Refuses a step that is not positive, and one beyond a limit: the error names the step and
     /// the smallest limit with its cause.
-    pub fn check(&self, step: T) -> Result<(), ParameterError> {
+    pub fn check(&self, step: T) -> Checked<()> {
         Named("step", step).positive()?;
         let limits = self.causes().into_iter().filter_map(|(name, limit)| Some((name, limit?)));
         match limits.reduce(|a, b| if b.1 < a.1 { b } else { a }) {

@@ -5,44 +5,32 @@ use nalgebra::{Complex, ComplexField};
 
 use super::Scheme;
 
-const EULER: [f64; 2] = [1.0, 1.0];
+/// A stability function R(z) = 1 + z + … + z^p/p! + further terms: the order p, and these terms.
+type Polynomial = (usize, &'static [f64]);
 
-const RUNGE_KUTTA_4: [f64; 5] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0];
+/// Coefficients of the longest of them, that of Dormand–Prince 8.
+const MOST: usize = 13;
 
-/// Σ bᵢ aᵢⱼ … over chains of five a of the tableau gives the last coefficient.
-const DORMAND_PRINCE: [f64; 7] =
-    [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 600.0];
+/// The polynomial R; none where no step is too long for a decaying motion, and none for schemes
+/// that no R describes. The further terms are sums Σ bᵢ aᵢⱼ … over chains of as many a of the
+/// tableau, in exact arithmetic from the printed one.
+pub(super) fn polynomial(scheme: Scheme) -> Option<Polynomial> {
+    match scheme {
+        // The bristle alone, under a held velocity, is stepped by the explicit Euler method.
+        Scheme::Euler | Scheme::SemiImplicitEuler => Some((1, &[])),
+        Scheme::RungeKutta4 => Some((4, &[])),
+        Scheme::DormandPrince => Some((5, &[1.0 / 600.0])),
+        Scheme::DormandPrince8 => Some((8, &DORMAND_PRINCE_8)),
+        Scheme::ExactHold | Scheme::Passive | Scheme::Rosenbrock => None,
+    }
+}
 
-/// The last four by the same sums over chains of 8 to 11 a, in exact arithmetic from the printed
-/// tableau.
-const DORMAND_PRINCE_8: [f64; 13] = [
-    1.0,
-    1.0,
-    1.0 / 2.0,
-    1.0 / 6.0,
-    1.0 / 24.0,
-    1.0 / 120.0,
-    1.0 / 720.0,
-    1.0 / 5040.0,
-    1.0 / 40_320.0,
+const DORMAND_PRINCE_8: [f64; 4] = [
     2.691_692_200_169_087e-6,
     2.341_345_108_209_781_3e-7,
     1.494_736_485_459_154_7e-8,
     3.613_324_578_128_245e-10,
 ];
-
-/// Coefficients of the polynomial R, from the constant one up; none where no step is too long for a
-/// decaying motion, and none for schemes that no R describes.
-pub(super) fn polynomial(scheme: Scheme) -> Option<&'static [f64]> {
-    match scheme {
-        // The bristle alone, under a held velocity, is stepped by the explicit Euler method.
-        Scheme::Euler | Scheme::SemiImplicitEuler => Some(&EULER),
-        Scheme::RungeKutta4 => Some(&RUNGE_KUTTA_4),
-        Scheme::DormandPrince => Some(&DORMAND_PRINCE),
-        Scheme::DormandPrince8 => Some(&DORMAND_PRINCE_8),
-        Scheme::ExactHold | Scheme::Passive | Scheme::Rosenbrock => None,
-    }
-}
 
 /// Motions whose damping ratio is smaller than this count as undamped: it is within the rounding of
 /// eigenvalues.
@@ -61,10 +49,10 @@ pub(super) fn largest_step(scheme: Scheme, rate: Complex<f64>) -> Option<f64> {
 }
 
 /// Terms of |R|²: one more than twice the largest degree.
-const TERMS: usize = 2 * (DORMAND_PRINCE_8.len() - 1) + 1;
+const TERMS: usize = 2 * (MOST - 1) + 1;
 
 /// How far along a ray from zero, in a direction of unit length, |R| first exceeds one.
-fn reach(polynomial: &[f64], direction: Complex<f64>) -> f64 {
+fn reach((order, further): Polynomial, direction: Complex<f64>) -> f64 {
     let direction = if direction.re.abs() <= UNDAMPED {
         Complex::new(0.0, direction.im.signum())
     } else {
@@ -72,9 +60,13 @@ fn reach(polynomial: &[f64], direction: Complex<f64>) -> f64 {
     };
     // |R(xu)|² = Σ dⱼ xʲ. For a motion without damping the first dⱼ vanish; what rounding leaves of
     // them would decide the answer.
-    let mut powers = [Complex::new(1.0, 0.0); DORMAND_PRINCE_8.len()];
-    for k in 1..powers.len() {
+    let (mut powers, mut polynomial) = ([Complex::new(1.0, 0.0); MOST], [1.0; MOST]);
+    let mut factorial = 1.0;
+    for k in 1..MOST {
         powers[k] = powers[k - 1] * direction;
+        factorial *= k as f64;
+        let beyond = k.checked_sub(order + 1).map(|k| further.get(k).copied().unwrap_or(0.0));
+        polynomial[k] = beyond.unwrap_or(1.0 / factorial);
     }
     let mut terms = [0.0; TERMS];
     let mut sizes = [0.0; TERMS];

@@ -319,7 +319,7 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_the_scene() {
             force: 0.0,
         });
         let (rig, drive) = (rig.unwrap(), drive_velocity);
-        let steady = steady_sliding(rig.contact(), mechanism, drive).unwrap();
+        let steady = steady_sliding(&rig.parameters().contact, mechanism, drive).unwrap();
         let state = Vector3::new(-steady.stretch, drive, steady.deflection);
         // The scene stands still but for its position, which runs with the drive.
         let rate = rig.rate(0.0, &state, [Branch::Free]);

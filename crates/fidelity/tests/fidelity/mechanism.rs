@@ -32,10 +32,10 @@ fn truth<F: Signal<f64>>(
     relative: f64,
     declared: impl Signal<f64>,
 ) -> Vec<f64> {
-    let contact = *system.contact();
+    let contact = system.parameters().contact;
     let deflection = contact.limits(0.0).deflection.unwrap();
     let load = contact.model().storage_stiffness() * deflection * contact.normal_force();
-    let speed = (load * deflection / system.mechanism().mass).sqrt();
+    let speed = (load * deflection / system.parameters().mechanism.mass).sqrt();
     let scales = Vector3::new(deflection, speed, deflection);
     // Breakaway multiplies the errors of steps.
     let of_step = 0.05 * relative;

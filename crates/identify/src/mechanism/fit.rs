@@ -115,11 +115,9 @@ impl Settings {
     /// Refuses lengths, steps and bounds that are not positive, and steps that are far too short
     /// for the rows of these logs.
     fn check(&self, logs: [&[DriveLog]; 2]) -> Result<(), ParameterError> {
-        for (i, &horizon) in self.horizons.iter().enumerate() {
-            let rule = "be positive; it may be infinite";
-            let stated = Named("horizons", horizon).stated(horizon > 0.0, rule);
-            ParameterError::of_component(i, stated)?;
-        }
+        ParameterError::of_components(&self.horizons, |&it| {
+            Named("horizons", it).stated(it > 0.0, "be positive; it may be infinite")
+        })?;
         Named("step", self.step).positive()?;
         Named("tolerance", self.tolerance).non_negative()?;
         for log in logs.into_iter().flatten() {

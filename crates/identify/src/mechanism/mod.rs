@@ -108,10 +108,13 @@
 //! | `external_load_factor` | `TorqueLoadParameters::external_share` · μ_d | [`Friction::loaded`] |
 //! | `breakaway_excess` | μ_s/μ_d − 1 | Stribeck, FrBD, LuGre |
 //! | `stribeck_velocity` | `StribeckParameters::stribeck_velocity` | Stribeck, FrBD, LuGre |
-//! | `stribeck_exponent` | `StribeckParameters::stribeck_exponent`: 2, [1](Friction::exponential), known or started elsewhere | Stribeck, FrBD, LuGre |
+//! | `stribeck_exponent` | `StribeckParameters::stribeck_exponent` | Stribeck, FrBD, LuGre |
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
-//! | `micro_stiffness` | σ0 of the bristle, over μ_d, at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
-//! | `micro_damping` | σ1 of the bristle, over μ_d, likewise | FrBD, LuGre |
+//! | `micro_stiffness` | σ0/μ_d at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
+//! | `micro_damping` | σ1/μ_d, likewise | FrBD, LuGre |
+//!
+//! The exponent of the curve is 2, in [`Friction::exponential`] 1; it may start elsewhere, or be
+//! known.
 //!
 //! # Criteria
 //!

@@ -78,9 +78,8 @@ pub struct JointFit {
     /// inverse criterion.
     pub horizon: f64,
     /// Lengths of the last segments that were compared, by the errors of the parameters which the
-    /// noise of drive and position leads one to expect: the longest one that is nearly the best was
-    /// fitted. Empty where the lengths were given, or no drive is noisy: the last ones are then
-    /// whole logs.
+    /// noise of drive and position leads one to expect: the best one was fitted. Empty where the
+    /// lengths were given, or no drive is noisy: the last ones are then whole logs.
     pub expected: Vec<ExpectedError>,
     /// Errors on the logs that were fitted.
     pub fitted: GroupScores,
@@ -289,7 +288,7 @@ impl fmt::Display for JointFit {
             for ExpectedError { length, ratio } in &self.expected {
                 write!(f, " {} {:.3},", over(*length), Number(*ratio))?;
             }
-            writeln!(f, " the longest that is nearly the least is fitted")?;
+            writeln!(f, " the length of the least is fitted")?;
         }
         let [torque, length] = ["N", "m"].map(|unit| self.model.joint.unit(unit));
         writeln!(f, "rmse (mean size, relative)  {torque:26} {length}, whole logs")?;

@@ -3,13 +3,14 @@
 use core::mem::take;
 
 use super::{ContactAdjoint, Differentiable};
-use crate::arm::{Arm, ArmMiddle, ArmMotion, KEPT, Room, structure};
+use crate::arm::{Arm, ArmMiddle, KEPT, Room, structure};
 use crate::contacts::{ContactState, Step};
+use crate::mechanism::Storage;
 use crate::rows::Rows;
-use crate::step::{Motion, check_length, forwards};
+use crate::step::{check_length, forwards};
 use bristle::Scalar;
 use bristle::companion::Companion;
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::scalar::lit;
 
 /// The derivatives of a loss by the state of an arm: at the end of a step when given, at its
@@ -26,11 +27,25 @@ pub struct ArmAdjoint<'a, T> {
     pub contacts: &'a mut [ContactAdjoint<T>],
 }
 
+/// An arm and its contacts at the beginning or at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmState<'a, T: Scalar> {
+    /// Angles q \[rad\] of the joints.
+    pub position: &'a [T],
+    /// Angular velocities [rad/s].
+    pub velocity: &'a [T],
+    /// Mean accelerations [rad/s²] of the step before.
+    pub acceleration: &'a [T],
+    /// What the contacts keep.
+    pub contacts: &'a [ContactState<T>],
+}
+
 /// The derivatives of a loss by what a drive was given and has written, at the middle of a step. A
 /// drive that looks at the arm adds its own to those of what it looked at.
 #[derive(Debug, PartialEq)]
 pub struct ArmMiddleAdjoint<'a, T> {
-    /// The middle, with what the drive has written.
+    /// The middle, with the loads of the step and without torques: give it to the drive again where
+    /// the derivatives ask for what it writes.
     pub middle: ArmMiddle<'a, T>,
     /// By the torques of the motors.
     pub torque: &'a [T],
@@ -44,13 +59,8 @@ pub struct ArmMiddleAdjoint<'a, T> {
     pub gravity: &'a mut [T],
 }
 
-impl<T, R, S> Arm<T, R, S>
-where
-    T: Scalar,
-    R: Rows<T>,
-    S: AsRef<[T]> + AsMut<[T]>,
-{
-    /// Takes a [step](Arm::step) again, from the state at its beginning, and goes back over it, as
+impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
+    /// Goes back over a [step](Arm::step), from the states before and after it, as
     /// [`LinearMechanism::pull_back`](crate::LinearMechanism::pull_back) does. `drive_back` adds
     /// the derivatives by what the drive has looked at; one whose torques and loads are of the time
     /// alone has nothing to add.
@@ -58,47 +68,40 @@ where
     /// # Errors
     ///
     /// Refuses slices of lengths that do not fit; nothing has changed.
-    #[allow(clippy::too_many_arguments, reason = "a step, and its adjoint")]
     pub fn pull_back<M: Differentiable<T>>(
         &mut self,
         duration: T,
-        motion: ArmMotion<'_, T>,
+        [before, after]: [ArmState<'_, T>; 2],
         companions: &[Companion<T, M>],
-        contacts: &mut [ContactState<T>],
-        drive: impl FnOnce(ArmMiddle<'_, T>),
         drive_back: impl FnOnce(ArmMiddleAdjoint<'_, T>),
         adjoint: ArmAdjoint<'_, T>,
         gradient: &mut [T],
-    ) -> Result<(), ParameterError> {
-        self.check(&motion, companions, contacts)?;
+    ) -> Checked<()> {
+        let ArmAdjoint { position, velocity, acceleration, contacts: by } = adjoint;
+        let motion = [before.position, before.velocity, before.acceleration];
+        self.check(motion, companions, before.contacts)?;
+        self.check([position, velocity, acceleration], companions, after.contacts)?;
         let (n, gravity) = (self.mechanism.coordinates(), self.gravity);
-        check_length("derivatives by positions", adjoint.position, n)?;
-        check_length("derivatives by velocities", adjoint.velocity, n)?;
-        check_length("derivatives by accelerations", adjoint.acceleration, n)?;
-        self.mechanism.check_gradient(companions, adjoint.contacts, gradient)?;
+        check_length("accelerations", after.acceleration, n)?;
+        self.mechanism.check_gradient(companions, after.contacts, by, gradient)?;
         let (duration, structure) = (forwards(duration), structure(n));
         let half = lit::<T>(0.5) * duration;
         let (rows, mut parts) = self.mechanism.prepared(duration);
-        let mut room = Room::new(take(&mut parts.room), n, contacts.len());
-        room.predict(&motion, half, gravity);
-        drive(room.middle(contacts));
+        let mut room = Room::new(take(&mut parts.room), n, by.len());
+        room.predict(motion, half, gravity);
         room.assemble(&mut parts);
         let step = Step { structure, duration, companions, rows };
-        let ArmMotion { position, velocity, acceleration } = motion;
-        let motion = Motion { position, velocity };
-        let ArmAdjoint { position, velocity, acceleration: by_acceleration, contacts: by } =
-            adjoint;
-        parts.step_traced(&step, [&[], room.load], motion, contacts, by);
-        acceleration.copy_from_slice(parts.acceleration);
-        let of_motion = [&mut *position, &mut *velocity, &mut *by_acceleration];
-        parts.pull_back(&step, of_motion, contacts, by, gradient);
-        room.pull_back(gravity, [parts.acceleration, acceleration], by, drive_back);
+        let contacts = [before.contacts, after.contacts];
+        let of_motion = [&mut *position, &mut *velocity, &mut *acceleration];
+        parts.pull_back(&step, &[], contacts, of_motion, by, gradient);
+        room.middle(after.contacts);
+        room.pull_back(gravity, [parts.acceleration, after.acceleration], by, drive_back);
         let [by_position, by_velocity, _] = &room.adjoint;
         for i in 0..n {
             let by_middle = by_velocity[i] + half * by_position[i];
             position[i] += by_position[i];
             velocity[i] += by_middle;
-            by_acceleration[i] = half * by_middle;
+            acceleration[i] = half * by_middle;
         }
         Ok(())
     }

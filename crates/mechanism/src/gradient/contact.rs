@@ -27,30 +27,20 @@ pub struct ContactAdjoint<T> {
     pub given_load: T,
     /// By the sliding velocity at the beginning of the last step [s/m].
     pub(crate) before: T,
-    pub(crate) trace: Trace<T>,
 }
 
 /// All zero.
 impl<T: Scalar> Default for ContactAdjoint<T> {
     fn default() -> Self {
         let [deflection, load, given_load, before] = [T::zero(); 4];
-        Self { deflection, load, given_load, before, trace: Trace::new([T::zero(); 3], None) }
+        Self { deflection, load, given_load, before }
     }
 }
 
-/// What a step began with, and what it met.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Trace<T> {
-    predicted: T,
-    /// Whether the prediction is the sliding velocity alone.
-    alone: bool,
-    deflection: T,
-    load: [T; 2],
-    /// s̄, and ∂loss/∂s̄ by way of the deflection.
-    pub(crate) mean: T,
-    pub(crate) by_mean: T,
-    /// Whether the limit has cut the deflection.
-    cut: bool,
+/// Whether the limit has cut the deflection.
+fn is_cut<T: Scalar>(step: &CompanionStep<T>, after: &ContactState<T>) -> bool {
+    let free = step.weights().end(step.deflection(), step.coefficients().drive * after.mean());
+    free != after.deflection()
 }
 
 /// φ1' and φ2'.
@@ -59,27 +49,13 @@ fn slopes<T: Scalar>(x: T, [decay, phi1, phi2]: [T; 3]) -> [T; 2] {
         // φ3 = Σ (−x)ᵏ/(k + 3)!, cut below 1e-16
         let mut phi3 = T::zero();
         for k in (3..16).rev() {
-            phi3 = (T::one() - x * phi3) / lit(f64::from(k));
+            phi3 = (T::one() - x * phi3) * lit(1.0 / f64::from(k));
         }
         let phi3 = phi3 * lit(0.5);
         [phi2 - phi1, phi3 + phi3 - phi2]
     } else {
         let first = (decay - phi1) / x;
         [first, -(first + phi2) / x]
-    }
-}
-
-impl<T: Scalar> Trace<T> {
-    /// Before the step, from the sliding velocities without belt and with it, and the load.
-    pub(crate) fn new([without, sliding, load]: [T; 3], state: Option<&ContactState<T>>) -> Self {
-        let before = state.and_then(ContactState::before);
-        let last = before.map_or(sliding, |before| before + (sliding - without));
-        let alone = sliding * last < T::zero() || before.is_none();
-        let ahead = if alone { T::zero() } else { lit::<T>(0.5) * (sliding - last) };
-        let (mean, by_mean, cut) = (T::zero(), T::zero(), false);
-        let deflection = state.map_or(T::zero(), ContactState::deflection);
-        let load = [state.map_or(load, ContactState::load), load];
-        Self { predicted: sliding + ahead, alone, deflection, load, mean, by_mean, cut }
     }
 }
 
@@ -90,35 +66,37 @@ impl<T: Scalar> ContactAdjoint<T> {
         self.given_load = T::zero();
     }
 
-    /// After the step, with its mean sliding velocity: the derivative by that.
-    pub(crate) fn by_mean(&mut self, state: &ContactState<T>, mean: T) -> T {
-        let Some(step) = state.frozen() else { return T::zero() };
-        let drive = step.coefficients().drive;
-        self.trace.mean = mean;
-        self.trace.cut = step.weights().end(step.deflection(), drive * mean) != state.deflection();
-        if !self.trace.cut {
-            self.trace.by_mean = self.deflection * step.weights().end(T::zero(), drive);
+    /// By the mean sliding velocity of a step, by way of the deflection at its end.
+    pub(crate) fn by_mean(&self, after: &ContactState<T>) -> T {
+        match after.frozen() {
+            Some(step) if !is_cut(step, after) => {
+                self.deflection * step.weights().end(T::zero(), step.coefficients().drive)
+            }
+            _ => T::zero(),
         }
-        self.trace.by_mean
     }
 
-    /// With the derivatives by β and D: adds those by the parameters to a gradient, changes to
-    /// those by what the contact was before the step, and returns that by the sliding velocity s₀.
+    /// With the states before and after a step, its sliding velocities without belt and with it,
+    /// and the derivatives by β and D: adds those by the parameters to a gradient, changes to those
+    /// by what the contact was before the step, and returns that by the sliding velocity s₀.
     pub(crate) fn pull_back<M: Differentiable<T>>(
         &mut self,
         companion: &Companion<T, M>,
         duration: T,
-        state: &ContactState<T>,
+        [start, state]: [&ContactState<T>; 2],
+        sliding: [T; 2],
         by: [T; 2],
         gradient: &mut [T],
     ) -> T {
         let Some(step) = state.frozen() else { return T::zero() };
-        let (reference, trace) = (companion.contact().reference_load(), self.trace);
-        let (end, reloaded, [before, after]) = (state.deflection(), step.deflection(), trace.load);
+        let (reference, cut) = (companion.contact().reference_load(), is_cut(step, state));
+        let ((predicted, counts), [before, after]) =
+            (start.predict(sliding), [start.load(), state.load()]);
+        let (start, end, reloaded) = (start.deflection(), state.deflection(), step.deflection());
         let scale = if after == reference { T::one() } else { after / reference };
-        let on = Surface::scaled(trace.predicted, scale);
-        let by_end = if trace.cut { T::zero() } else { self.deflection };
-        let (mut by_reloaded, by) = by_coefficients(step, duration, trace.mean, by, by_end);
+        let on = Surface::scaled(predicted, scale);
+        let by_end = if cut { T::zero() } else { self.deflection };
+        let (mut by_reloaded, by) = by_coefficients(step, duration, state.mean(), by, by_end);
         let mut by_surface = [T::zero(); 2];
         if !is_zero(scale) {
             by_surface = companion.contact().model().pull_back(on, &by, gradient);
@@ -127,27 +105,27 @@ impl<T: Scalar> ContactAdjoint<T> {
             let terms = stationary(companion, on, [by, at], gradient);
             (0..2).for_each(|i| by_surface[i] += terms[i]);
         };
-        if trace.cut && end.abs() == reloaded.abs() {
+        if cut && end.abs() == reloaded.abs() {
             by_reloaded += if end == reloaded { self.deflection } else { -self.deflection };
-        } else if trace.cut {
+        } else if cut {
             stationary(self.deflection, end);
         }
         let (ratio, [mut by_load, mut by_before]) = (after / before, [T::zero(); 2]);
         self.deflection = by_reloaded;
-        if reloaded != trace.deflection && reloaded == trace.deflection * ratio {
+        if reloaded != start && reloaded == start * ratio {
             self.deflection = by_reloaded * ratio;
             if !is_zero(after) {
-                by_load = by_reloaded * trace.deflection / before;
+                by_load = by_reloaded * start / before;
                 by_before = -by_load * ratio;
             }
-        } else if reloaded != trace.deflection {
+        } else if reloaded != start {
             stationary(by_reloaded, reloaded);
             self.deflection = T::zero();
         }
         let [by_velocity, by_scale] = by_surface;
         by_load += if reference > T::zero() { by_scale / reference } else { T::zero() };
         (self.given_load, self.load) = (self.load + by_load, by_before);
-        self.before = if trace.alone { T::zero() } else { -lit::<T>(0.5) * by_velocity };
+        self.before = if counts { -lit::<T>(0.5) * by_velocity } else { T::zero() };
         by_velocity - self.before
     }
 }

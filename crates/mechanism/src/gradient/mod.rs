@@ -2,8 +2,8 @@
 //!
 //! A step makes the state at its end from that at its beginning. Its adjoint makes, from the
 //! derivatives of a loss by the state at the end, those by the state at the beginning, and adds
-//! those by the parameters to a gradient. It takes the step again, and one more solve with its
-//! matrix, which is symmetric: with ā the derivative by the mean acceleration a, and
+//! those by the parameters to a gradient. It looks at both states and solves once with the matrix
+//! of the step, which is symmetric: with ā the derivative by the mean acceleration a, and
 //! y = (A + (h/2) Wᵀ D W)⁻¹ ā,
 //!
 //! ∂/∂f = y,  ∂/∂βₖ = −(W y)ₖ,  ∂/∂Dₖ = −(W y)ₖ s̄ₖ,  ∂/∂x₀ = ∂/∂x₁ − K y, …
@@ -19,18 +19,18 @@ mod arm;
 mod contact;
 mod model;
 
-pub use arm::{ArmAdjoint, ArmMiddleAdjoint};
+pub use arm::{ArmAdjoint, ArmMiddleAdjoint, ArmState};
 pub use contact::ContactAdjoint;
 pub use model::Differentiable;
 
 use crate::band;
 use crate::contacts::{ContactState, Inputs, Step};
-use crate::mechanism::LinearMechanism;
+use crate::mechanism::{LinearMechanism, Storage};
 use crate::rows::{Rows, along};
 use crate::step::{Motion, Parts, check_length, forwards};
 use bristle::Scalar;
-use bristle::companion::Companion;
-use bristle::parameter::ParameterError;
+use bristle::companion::{Companion, CompanionStep};
+use bristle::parameter::Checked;
 use bristle::scalar::lit;
 
 /// The derivatives of a loss by the state of a mechanism: at the end of a step when given, at its
@@ -47,47 +47,37 @@ pub struct Adjoint<'a, T> {
     pub contacts: &'a mut [ContactAdjoint<T>],
 }
 
-impl<T, R, S> LinearMechanism<T, R, S>
-where
-    T: Scalar,
-    R: Rows<T>,
-    S: AsRef<[T]> + AsMut<[T]>,
-{
-    /// Takes a [step](LinearMechanism::step) again, from the state at its beginning, and goes back
-    /// over it: changes the derivatives of a loss by the state at its end to those by the state at
+impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
+    /// Goes back over a [step](LinearMechanism::step), from the states of the contacts before and
+    /// after it: changes the derivatives of a loss by the state at its end to those by the state at
     /// its beginning, and adds those by the parameters of each companion, one after the other, to
-    /// `gradient`. One companion for all contacts has one set of parameters. The mean velocities of
-    /// the mechanism are lost.
+    /// `gradient`. One companion for all contacts has one set of parameters. Length and inputs are
+    /// those of the step. The mean velocities of the mechanism are lost.
     ///
     /// # Errors
     ///
     /// Refuses slices of lengths that do not fit; nothing has changed.
-    #[allow(clippy::too_many_arguments, reason = "a step, and its adjoint")]
     pub fn pull_back<M: Differentiable<T>>(
         &mut self,
         duration: T,
         inputs: &Inputs<'_, T>,
-        motion: Motion<'_, T>,
         companions: &[Companion<T, M>],
-        contacts: &mut [ContactState<T>],
+        contacts: [&[ContactState<T>]; 2],
         adjoint: Adjoint<'_, T>,
         gradient: &mut [T],
-    ) -> Result<(), ParameterError> {
-        let n = self.coordinates;
-        self.check_step(inputs, &motion, companions, contacts)?;
-        check_length("derivatives by positions", adjoint.position, n)?;
-        check_length("derivatives by velocities", adjoint.velocity, n)?;
-        check_length("derivatives by forces", adjoint.force, n)?;
-        self.check_gradient(companions, adjoint.contacts, gradient)?;
+    ) -> Checked<()> {
+        let Adjoint { position, velocity, force, contacts: by_contacts } = adjoint;
+        let motion = Motion { position, velocity };
+        self.check_step(inputs, &motion, companions, contacts[0])?;
+        check_length("derivatives by forces", force, self.coordinates)?;
+        self.check_gradient(companions, contacts[1], by_contacts, gradient)?;
         let (structure, duration) = (self.structure, forwards(duration));
         let (rows, mut parts) = self.prepared(duration);
         let step = Step { structure, duration, companions, rows };
-        let besides = [inputs.prescribed, inputs.load];
-        parts.acceleration.copy_from_slice(inputs.force);
-        parts.step_traced(&step, besides, motion, contacts, adjoint.contacts);
-        adjoint.force.fill(T::zero());
-        let Adjoint { position, velocity, force, contacts: by_contacts } = adjoint;
-        parts.pull_back(&step, [position, velocity, force], contacts, by_contacts, gradient);
+        let Motion { position, velocity } = motion;
+        force.fill(T::zero());
+        let by = [position, velocity, force];
+        parts.pull_back(&step, inputs.prescribed, contacts, by, by_contacts, gradient);
         force.copy_from_slice(parts.acceleration);
         if inputs.load.is_empty() {
             by_contacts.iter_mut().for_each(ContactAdjoint::keep_load);
@@ -98,62 +88,41 @@ where
     pub(crate) fn check_gradient<M: Differentiable<T>>(
         &self,
         companions: &[Companion<T, M>],
+        after: &[ContactState<T>],
         contacts: &[ContactAdjoint<T>],
         gradient: &[T],
-    ) -> Result<(), ParameterError> {
+    ) -> Checked<()> {
+        self.check_contacts(companions, after)?;
         check_length("derivatives by contacts", contacts, self.rows.contacts())?;
         check_length("entries of the gradient", gradient, M::PARAMETERS * companions.len())
     }
 }
 
 impl<T: Scalar> Parts<'_, T> {
-    /// The step, with what its adjoint needs.
-    pub(crate) fn step_traced<R: Rows<T>, M: Differentiable<T>>(
-        &mut self,
-        step: &Step<'_, T, R, M>,
-        besides: [&[T]; 2],
-        motion: Motion<'_, T>,
-        contacts: &mut [ContactState<T>],
-        adjoints: &mut [ContactAdjoint<T>],
-    ) {
-        let rows = step.rows;
-        for (k, (state, adjoint)) in contacts.iter().zip(&mut *adjoints).enumerate() {
-            let without = along(rows.row(k), motion.velocity);
-            let sliding = besides[0].get(k).map_or(without, |&belt| without + belt);
-            let load = besides[1].get(k).copied().unwrap_or(state.load());
-            adjoint.trace = contact::Trace::new([without, sliding, load], Some(state));
-        }
-        self.step(step, besides, motion, contacts);
-    }
-
     /// From the derivatives by x, v and a at the end of the step, those by x and v at its
     /// beginning; y in the place of the accelerations.
     pub(crate) fn pull_back<R: Rows<T>, M: Differentiable<T>>(
         &mut self,
         step: &Step<'_, T, R, M>,
+        prescribed: &[T],
+        [before, after]: [&[ContactState<T>]; 2],
         [position, velocity, acceleration]: [&mut [T]; 3],
-        contacts: &[ContactState<T>],
         adjoints: &mut [ContactAdjoint<T>],
         gradient: &mut [T],
     ) {
         let &Step { structure, duration, companions, rows } = step;
         let (half, width) = (lit::<T>(0.5) * duration, structure.width(position.len()));
-        let of = |k: usize| &companions[k.min(companions.len() - 1)];
         for (i, x) in position.iter().enumerate() {
             velocity[i] += duration * *x;
             self.acceleration[i] = acceleration[i] + duration * velocity[i] - half * duration * *x;
         }
-        for (k, adjoint) in adjoints.iter_mut().enumerate() {
-            let by_mean = half * adjoint.by_mean(&contacts[k], self.sliding[k]);
-            spread(rows.row(k), by_mean, self.acceleration);
+        for (k, (adjoint, after)) in adjoints.iter().zip(after).enumerate() {
+            spread(rows.row(k), half * adjoint.by_mean(after), self.acceleration);
+            self.dampers[k] = after.frozen().map_or(T::zero(), CompanionStep::damping);
         }
-        if structure.is_reduced() {
-            self.bias.fill(T::zero());
-            self.sliding.fill(T::zero());
-            self.solve_contacts(width, half, rows);
-        } else {
-            band::solve(width, self.factors, self.acceleration);
-        }
+        self.bias.fill(T::zero());
+        self.sliding.fill(T::zero());
+        self.accelerate(structure, half, rows);
         let (y, middle) = (&*self.acceleration, &mut *self.mean_velocity);
         middle.fill(T::zero());
         let matrices = [&*self.stiffness, &*self.damping];
@@ -161,12 +130,17 @@ impl<T: Scalar> Parts<'_, T> {
         middle.iter_mut().zip(y).for_each(|(middle, y)| *middle = half * *y);
         band::subtract_products(width, matrices, [middle, y], velocity);
         for (k, adjoint) in adjoints.iter_mut().enumerate() {
-            let moved = along(rows.row(k), y);
-            let by = [-moved, -moved * adjoint.trace.mean];
-            let mut by_sliding = adjoint.before + adjoint.trace.by_mean - self.dampers[k] * moved;
-            let place = M::PARAMETERS * k.min(companions.len() - 1);
-            let gradient = &mut gradient[place..place + M::PARAMETERS];
-            by_sliding += adjoint.pull_back(of(k), duration, &contacts[k], by, gradient);
+            let (states, moved) = ([&before[k], &after[k]], along(rows.row(k), y));
+            let without = after[k].before().unwrap_or_else(T::zero);
+            let sliding = prescribed.get(k).map_or(without, |&belt| without + belt);
+            let by = [-moved, -moved * after[k].mean()];
+            let mut by_sliding =
+                adjoint.before + adjoint.by_mean(&after[k]) - self.dampers[k] * moved;
+            let one = k.min(companions.len() - 1);
+            let gradient = &mut gradient[M::PARAMETERS * one..][..M::PARAMETERS];
+            let sliding = [without, sliding];
+            let companion = &companions[one];
+            by_sliding += adjoint.pull_back(companion, duration, states, sliding, by, gradient);
             spread(rows.row(k), by_sliding, velocity);
         }
     }
@@ -181,10 +155,10 @@ fn spread<T: Scalar>(row: &[(usize, T)], by: T, into: &mut [T]) {
     }
 }
 
-/// Goes over a run backwards: hands out the state before each step with its number, from the end,
-/// `steps`, down to 0. Every `between`-th state is kept, and the others are made again by `step`:
-/// with 1 all are kept and nothing is made again; with √steps the memory is twice that many states,
-/// for one more simulation.
+/// Goes over a run backwards: hands out the number of each step, from the last down to 0, and the
+/// states before and after it. Every `between`-th state is kept, and the others are made again by
+/// `step`: with 1 all are kept and nothing is made again; with √steps the memory is twice that many
+/// states, for one more simulation.
 ///
 /// # Errors
 ///
@@ -195,7 +169,7 @@ pub fn backwards<S: Clone, E>(
     steps: usize,
     between: usize,
     mut step: impl FnMut(usize, &mut S) -> Result<(), E>,
-    mut back: impl FnMut(usize, &mut S) -> Result<(), E>,
+    mut back: impl FnMut(usize, [&S; 2]) -> Result<(), E>,
 ) -> Result<(), E> {
     let between = between.max(1);
     let mut kept = alloc::vec![start];
@@ -204,21 +178,21 @@ pub fn backwards<S: Clone, E>(
         let Some(state) = kept.last_mut() else { break };
         (first - between..first).try_for_each(|n| step(n, state))?;
     }
-    let (mut last, mut states) = (steps, alloc::vec::Vec::new());
+    let (mut end, mut states) = (steps, alloc::vec::Vec::new());
     while let Some(state) = kept.pop() {
         let first = kept.len() * between;
-        // The state at the end of all but the last stretch begins the one after, and is done.
-        let end = if last < steps { last - 1 } else { last };
-        states.clear();
+        // The state at the end of all but the last stretch begins the one after.
+        let after = states.drain(..).next();
         states.push(state);
-        for n in first..end {
+        for n in first..end - usize::from(after.is_some()) {
             states.extend_from_within(states.len() - 1..);
             states.last_mut().map_or(Ok(()), |state| step(n, state))?;
         }
-        for (place, state) in states.iter_mut().enumerate().rev() {
-            back(first + place, state)?;
+        states.extend(after);
+        for (n, pair) in (first..end).zip(states.windows(2)).rev() {
+            back(n, [&pair[0], &pair[1]])?;
         }
-        last = first;
+        end = first;
     }
     Ok(())
 }

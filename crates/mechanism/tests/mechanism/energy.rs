@@ -192,7 +192,7 @@ impl Trial {
         let (mut given, mut terms) = (0.0, 0.0);
         let mut pull: Vec<f64> = force.iter().map(|force| force.abs()).collect();
         for (k, (state, w1)) in self.contacts.iter().zip(self.stored()).enumerate() {
-            let CompletedStep { force, work, stored, dissipated, .. } = *state.last_step();
+            let CompletedStep { force, work, stored, dissipated, .. } = state.last_step();
             // The rounding of a step: 16 ε of these terms.
             let rounding = 16.0 * f64::EPSILON * (work.abs() + w0[k] + w1);
             assert!(dissipated >= 0.0 && work >= w1 - w0[k] - rounding);

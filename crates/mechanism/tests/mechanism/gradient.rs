@@ -4,7 +4,9 @@ use bristle::companion::Companion;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, Scalar};
-use bristle_mechanism::gradient::{Adjoint, ArmAdjoint, ContactAdjoint, backwards};
+use bristle_mechanism::gradient::{
+    Adjoint, ArmAdjoint, ArmMiddleAdjoint, ArmState, ContactAdjoint, backwards,
+};
 use bristle_mechanism::{
     Arm, ArmMiddle, ArmMotion, ArmParameters, ContactState, Inputs, LinearMechanism, Link,
     Matrices, Motion, Structure, on_joint,
@@ -107,52 +109,48 @@ fn gradient(between: usize) -> (Vec<f64>, usize) {
     let (mut other, _) = Driven::new(&parameters());
     let mut gradient = vec![0.0; 6 * N];
     let mut by = [(); 3].map(|()| vec![0.0; N]);
-    let mut by_contacts = vec![ContactAdjoint::default(); N];
+    let mut by_contacts = [ContactAdjoint::default(); N];
     let mut reversals = 0;
     let step = |n, state: &mut State<f64>| {
         other.step(n, state);
         Ok::<_, bristle::ParameterError>(())
     };
-    backwards(start, STEPS, between, step, |n, state| {
-        let at = state.clone();
-        if n < STEPS {
-            let State { motion: [position, velocity, acceleration], contacts } = state;
-            let motion = ArmMotion { position, velocity, acceleration };
-            let [position, velocity, acceleration] = &mut by;
-            let contacts_by = &mut by_contacts[..];
-            let adjoint = ArmAdjoint { position, velocity, acceleration, contacts: contacts_by };
-            let companions = &driven.companions;
-            driven.arm.pull_back(
-                H,
-                motion,
-                companions,
+    backwards(start, STEPS, between, step, |n, states| {
+        let after = states[1];
+        for i in 0..N {
+            by[0][i] += 2.0 * after.motion[0][i];
+            by[1][i] += 0.2 * after.motion[1][i];
+            by_contacts[i].deflection += 10.0;
+            reversals += usize::from(states[0].motion[1][i] * after.motion[1][i] < 0.0);
+        }
+        let states =
+            states.map(|State { motion: [position, velocity, acceleration], contacts }| ArmState {
+                position,
+                velocity,
+                acceleration,
                 contacts,
-                |middle| drive(n, middle),
-                |back| {
-                    for i in 0..N {
-                        let signed = back.middle.torque[i] - back.middle.gravity[i];
-                        let by_load = 0.3 * signed.signum() * back.contacts[i].given_load;
-                        let by_torque = back.torque[i] + by_load;
-                        back.gravity[i] -= by_load;
-                        back.position[i] -= 20.0 * by_torque;
-                        back.velocity[i] -= by_torque;
-                    }
-                },
-                adjoint,
-                &mut gradient,
-            )?;
+            });
+        let [position, velocity, acceleration] = &mut by;
+        let contacts = &mut by_contacts;
+        let adjoint = ArmAdjoint { position, velocity, acceleration, contacts };
+        let drive_back = |back: ArmMiddleAdjoint<'_, f64>| {
+            assert!(
+                after.contacts.iter().map(ContactState::load).eq(back.middle.load.iter().copied())
+            );
+            let [position, velocity, gravity] = [back.position, back.velocity, back.gravity];
+            let (weight, torque) = (back.middle.gravity, back.middle.torque);
+            let middle = ArmMiddle { torque, ..back.middle };
+            drive(n, middle);
             for i in 0..N {
-                reversals += usize::from(at.motion[1][i] * state.motion[1][i] < 0.0);
+                let signed = torque[i] - weight[i];
+                let by_load = 0.3 * signed.signum() * back.contacts[i].given_load;
+                let by_torque = back.torque[i] + by_load;
+                gravity[i] -= by_load;
+                position[i] -= 20.0 * by_torque;
+                velocity[i] -= by_torque;
             }
-        }
-        if n > 0 {
-            for i in 0..N {
-                by[0][i] += 2.0 * at.motion[0][i];
-                by[1][i] += 0.2 * at.motion[1][i];
-                by_contacts[i].deflection += 10.0;
-            }
-        }
-        Ok(())
+        };
+        driven.arm.pull_back(H, states, &driven.companions, drive_back, adjoint, &mut gradient)
     })
     .unwrap();
     (gradient, reversals)
@@ -253,28 +251,17 @@ fn the_gradient_of_a_linear_mechanism_is_that_of_dual_numbers() {
             let inputs = Inputs { force: &force, prescribed: &prescribed, load: &load };
             other.step(0.01, &inputs, Motion { position, velocity }, &companions, contacts)
         };
-        backwards(start, steps, 17, step, |n, ([position, velocity], contacts)| {
-            if n == steps {
-                return Ok(());
-            }
+        backwards(start, steps, 17, step, |n, [(_, before), (_, after)]| {
             let (force, prescribed, load) = acting(n);
             let inputs = Inputs { force: &force, prescribed: &prescribed, load: &load };
-            let motion = Motion { position, velocity };
             let adjoint = Adjoint {
                 position: &mut by_position,
                 velocity: &mut by_velocity,
                 force: &mut by_force,
                 contacts: &mut by_contacts,
             };
-            mechanism.pull_back(
-                0.01,
-                &inputs,
-                motion,
-                &companions,
-                contacts,
-                adjoint,
-                &mut gradient,
-            )
+            let contacts = [&before[..], after];
+            mechanism.pull_back(0.01, &inputs, &companions, contacts, adjoint, &mut gradient)
         })
         .unwrap();
         for (k, got) in gradient.into_iter().enumerate() {

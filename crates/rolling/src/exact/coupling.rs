@@ -36,7 +36,7 @@ use crate::moments::phi1;
 use crate::patch::{Frozen, finite};
 use crate::quadrature::{integrate, integrate_gentle};
 use crate::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Scalar};
@@ -180,7 +180,7 @@ where
         &mut self,
         predicted: Motion<V, T>,
         duration: T,
-    ) -> Result<PatchStep<'_, T, M, N, B, V, A>, ParameterError> {
+    ) -> Checked<PatchStep<'_, T, M, N, B, V, A>> {
         let duration = Named("duration", duration).non_negative()?;
         let mut couplings = [Coupling::idle(); A];
         let all = self.frozen(predicted)?;
@@ -215,7 +215,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         stiffness: T,
         frozen: Frozen<T>,
         duration: T,
-    ) -> Result<Coupling<T>, ParameterError> {
+    ) -> Checked<Coupling<T>> {
         let Frozen { affine, transport, .. } = frozen;
         queue.make_room(transport * duration);
         let [free, driven, kept] = self.mean_deflections(queue, &affine, transport, duration);
@@ -397,7 +397,7 @@ where
     /// # Errors
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
-    pub fn commit(self, mean_slip_velocity: V) -> Result<V, ParameterError> {
+    pub fn commit(self, mean_slip_velocity: V) -> Checked<V> {
         let mean = mean_slip_velocity.finite("mean_slip_velocity")?.axes();
         let queues = &mut self.rolling.queues;
         let commit = |i: usize| self.couplings[i].commit(&mut queues[i], mean[i]);
@@ -410,10 +410,7 @@ where
     /// # Errors
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
-    pub fn commit_with_ledger(
-        self,
-        mean_slip_velocity: V,
-    ) -> Result<[PatchLedger<T>; A], ParameterError> {
+    pub fn commit_with_ledger(self, mean_slip_velocity: V) -> Checked<[PatchLedger<T>; A]> {
         let mean = mean_slip_velocity.finite("mean_slip_velocity")?.axes();
         let ExactPatch { patch, queues, .. } = self.rolling;
         let stiffness = patch.model().stiffness_of_axes();

@@ -31,7 +31,7 @@ use nalgebra::SVector;
 use super::axes::{OfAxes, PatchModel};
 use super::patch::Frozen;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 use bristle::{Affine, Bristle, Reloaded, Scalar};
 use profile::{Profile, level};
@@ -156,7 +156,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     pub fn exact<B: Memory<T, N>, V, const A: usize>(
         self,
         segments: [B; A],
-    ) -> Result<ExactPatch<T, M, N, B, V, A>, ParameterError>
+    ) -> Checked<ExactPatch<T, M, N, B, V, A>>
     where
         M: PatchModel<T, V, A>,
     {
@@ -178,7 +178,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     pub fn exact_in<V, const A: usize>(
         self,
         segments: usize,
-    ) -> Result<ExactPatch<T, M, N, Segments<T, N>, V, A>, ParameterError>
+    ) -> Checked<ExactPatch<T, M, N, Segments<T, N>, V, A>>
     where
         M: PatchModel<T, V, A>,
     {
@@ -218,11 +218,7 @@ where
     ///
     /// Refuses a normal force that is negative or not finite, and a positive one on a patch without
     /// a reference load; the patch is as it was.
-    pub fn reload(
-        &mut self,
-        normal_force: T,
-        slip_velocity: V,
-    ) -> Result<Reloaded<T, ()>, ParameterError> {
+    pub fn reload(&mut self, normal_force: T, slip_velocity: V) -> Checked<Reloaded<T, ()>> {
         let change = self.patch.change_load(normal_force)?;
         if change.after >= change.before {
             return Ok(Reloaded { deflection: (), dissipated: T::zero() });
@@ -243,7 +239,7 @@ where
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
-    pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
+    pub fn renew(&mut self, normal_force: T) -> Checked<Reloaded<T, ()>> {
         let stored = self.stored_energy();
         let (kept, lost) = self.patch.renew_load(normal_force)?.renewed();
         self.queues.iter_mut().for_each(|queue| queue.scale(kept));
@@ -255,7 +251,7 @@ where
     /// # Errors
     ///
     /// Refuses a motion that is not finite or runs backwards.
-    pub fn settle(&mut self, motion: Motion<V, T>) -> Result<(), ParameterError> {
+    pub fn settle(&mut self, motion: Motion<V, T>) -> Checked<()> {
         let all = self.frozen(motion)?;
         self.queues.iter_mut().zip(&all).for_each(|(queue, frozen)| queue.settle(frozen));
         Ok(())
@@ -270,7 +266,7 @@ where
     /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and a
     /// velocity at which a coefficient of the model is not finite; the patch is as it was.
     #[inline]
-    pub fn step(&mut self, motion: Motion<V, T>, duration: T) -> Result<V, ParameterError> {
+    pub fn step(&mut self, motion: Motion<V, T>, duration: T) -> Checked<V> {
         let duration = Named("duration", duration).non_negative()?;
         let all = self.frozen(motion)?;
         let Self { patch, queues, .. } = self;
@@ -280,7 +276,7 @@ where
 
     /// The coefficients and the motion of each axis.
     #[inline]
-    fn frozen(&self, motion: Motion<V, T>) -> Result<[Frozen<T>; A], ParameterError> {
+    fn frozen(&self, motion: Motion<V, T>) -> Checked<[Frozen<T>; A]> {
         let Motion { slip_velocity, rolling_speed } = motion;
         let slip_velocity = slip_velocity.finite("slip_velocity")?;
         let axes = M::each(self.patch.contact(), slip_velocity, |_, contact, slip_velocity| {
@@ -340,17 +336,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// # Errors
     ///
     /// Refuses a deflection that is not finite, and no or more segments than half of the slots.
-    pub fn set_profile(
-        &mut self,
-        segments: usize,
-        deflection: impl Fn(T) -> T,
-    ) -> Result<(), ParameterError> {
+    pub fn set_profile(&mut self, segments: usize, deflection: impl Fn(T) -> T) -> Checked<()> {
         Named("segments", segments).count_between(1, self.queues[0].capacity() / 2)?;
         let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
-        for number in 0..=segments {
-            let checked = Named("deflection", deflection(place(number))).finite();
-            ParameterError::of_component(number, checked)?;
-        }
+        let finite = |number| Named("deflection", deflection(place(number))).finite();
+        ParameterError::of_components(0..=segments, finite)?;
         self.queues[0].fill(segments, |number| {
             let (from, to) = (place(number), place(number + 1));
             Profile::straight(to - from, deflection(from), deflection(to))

@@ -33,7 +33,7 @@ use core::ops::Range;
 use super::queue::Held;
 use super::{ExactPatch, Memory, Motion};
 use crate::patch::coefficients;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
 use bristle::signal::Signal;
@@ -102,7 +102,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         &mut self,
         motion: &Motion<S, W>,
         span: Range<T>,
-    ) -> Result<T, ParameterError> {
+    ) -> Checked<T> {
         self.roll_over(motion, span, None)
     }
 
@@ -148,7 +148,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         motion: &Motion<S, W>,
         span: Range<T>,
         tolerance: T,
-    ) -> Result<T, ParameterError> {
+    ) -> Checked<T> {
         let least = lit::<T>(1000.0) * T::default_epsilon();
         let tolerance = Named("tolerance", tolerance).positive()?;
         Named("tolerance", tolerance).at_least("a thousand roundings", least)?;
@@ -160,7 +160,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         motion: &Motion<S, W>,
         span: Range<T>,
         tolerance: Option<T>,
-    ) -> Result<T, ParameterError> {
+    ) -> Checked<T> {
         let from = Named("start of the span", span.start).finite()?;
         let to = Named("end of the span", span.end).finite()?;
         Named("duration", to - from).non_negative()?;
@@ -199,7 +199,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         motion: &Motion<S, W>,
         Range { start, mut end }: Range<T>,
         tolerance: Option<T>,
-    ) -> Result<Piece<T>, ParameterError> {
+    ) -> Checked<Piece<T>> {
         let Motion { slip_velocity, rolling_speed } = motion;
         let kinks = [slip_velocity.next_kink(start, end), rolling_speed.next_kink(start, end)];
         for kink in kinks.into_iter().flatten() {
@@ -258,7 +258,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         &self,
         motion: &Motion<S, W>,
         span: Range<T>,
-    ) -> Result<Held<T>, ParameterError> {
+    ) -> Checked<Held<T>> {
         let duration = span.end - span.start;
         let offset = duration * (lit::<T>(3.0).sqrt() / lit(6.0));
         let middle = span.start + duration * lit(0.5);
@@ -290,10 +290,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     }
 }
 
-fn slip_at<T: Scalar, S: Signal<T>, W>(
-    motion: &Motion<S, W>,
-    time: T,
-) -> Result<T, ParameterError> {
+fn slip_at<T: Scalar, S: Signal<T>, W>(motion: &Motion<S, W>, time: T) -> Checked<T> {
     Named("slip_velocity", motion.slip_velocity.value(time)).finite()
 }
 
@@ -302,7 +299,7 @@ fn reversal<T: Scalar, S: Signal<T>, W>(
     motion: &Motion<S, W>,
     from: T,
     to: T,
-) -> Result<Option<T>, ParameterError> {
+) -> Checked<Option<T>> {
     let mut last = None;
     for part in [ENDS, 1.0 / 3.0, 2.0 / 3.0, 1.0 - ENDS] {
         let time = from + (to - from) * lit(part);

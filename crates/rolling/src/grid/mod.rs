@@ -38,7 +38,7 @@ use super::{Motion, Patch, Pressure};
 use crate::axes::{OfAxes, PatchModel};
 use crate::exact::slipped;
 use crate::patch::of_velocity;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::{Affine, Bristle, Contact, Reloaded, Scalar};
@@ -150,22 +150,14 @@ struct Line<T> {
     range: (T, T),
 }
 
-impl<T, M, V, const A: usize> Grid<T, M, V, A>
-where
-    T: Scalar,
-    M: PatchModel<T, V, A>,
-    V: OfAxes<T, A>,
-{
+impl<T: Scalar, M: PatchModel<T, V, A>, V: OfAxes<T, A>, const A: usize> Grid<T, M, V, A> {
     /// A patch on N cells, undeflected.
     ///
     /// # Errors
     ///
     /// Refuses a model whose coefficients depend on its deflection, zero cells or more than ten
     /// million, and a pressure that is negative or not finite somewhere.
-    pub fn new<P: Pressure<T>>(
-        patch: &Patch<T, M, P>,
-        cells: usize,
-    ) -> Result<Self, ParameterError> {
+    pub fn new<P: Pressure<T>>(patch: &Patch<T, M, P>, cells: usize) -> Checked<Self> {
         let (contact, rest) = (patch.contact().clone(), V::of_axes([T::zero(); A]));
         for checked in M::each(&contact, rest, |_, axis, _| of_velocity(axis.model())) {
             checked?;
@@ -214,7 +206,7 @@ where
         &mut self,
         normal_force: T,
         slip_velocity: impl Fn(T) -> V,
-    ) -> Result<Reloaded<T, ()>, ParameterError> {
+    ) -> Checked<Reloaded<T, ()>> {
         let change = self.contact.change_load(normal_force)?;
         let mut kept = T::one();
         if change.after < change.before {
@@ -235,7 +227,7 @@ where
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
-    pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
+    pub fn renew(&mut self, normal_force: T) -> Checked<Reloaded<T, ()>> {
         let stored = self.stored_energy();
         let (kept, lost) = self.contact.renew_load(normal_force)?.renewed();
         self.lines.iter_mut().for_each(|line| line.scale(kept));
@@ -281,7 +273,7 @@ where
     ///
     /// Refuses velocities that are not finite, a duration that is negative or not finite, and a
     /// force that is not finite.
-    pub fn step(&mut self, motion: Motion<V, T>, duration: T) -> Result<V, ParameterError> {
+    pub fn step(&mut self, motion: Motion<V, T>, duration: T) -> Checked<V> {
         let slip = motion.slip_velocity.finite("slip_velocity")?;
         let speed = Named("rolling_speed", motion.rolling_speed).finite()?;
         let duration = Named("duration", duration).non_negative()?;
@@ -316,11 +308,7 @@ where
     ///
     /// Refuses what [`Grid::step`] refuses, and a U(ξ, t) that turns so often within a step that a
     /// bristle crosses more than twenty times the cells of the grid (`panels of a path`).
-    pub fn step_field<F, G>(
-        &mut self,
-        field: &Motion<F, G>,
-        duration: T,
-    ) -> Result<V, ParameterError>
+    pub fn step_field<F, G>(&mut self, field: &Motion<F, G>, duration: T) -> Checked<V>
     where
         F: Fn(T, T) -> V,
         G: Fn(T, T) -> T,
@@ -382,7 +370,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// # Errors
     ///
     /// Refuses a deflection that is not finite, and names the node at or before it.
-    pub fn with_profile(mut self, profile: impl Fn(T) -> T) -> Result<Self, ParameterError> {
+    pub fn with_profile(mut self, profile: impl Fn(T) -> T) -> Checked<Self> {
         let mut range = (T::zero(), T::zero());
         let cells = self.cells();
         let nodes = self.lines[0].deflections.iter_mut().zip(&self.places);

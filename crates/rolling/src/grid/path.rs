@@ -26,7 +26,7 @@ use nalgebra::SVector;
 use super::interpolation::cut;
 use crate::combined::finite;
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::root::enclose;
 use bristle::scalar::{lit, to_f64};
 
@@ -170,11 +170,7 @@ where
     /// Follows the bristle that is at a place at the end of the step, and adds the stationary
     /// deflections that it has met to the range of each axis. Velocities that are not
     /// finite on the way make its deflection NaN.
-    pub(super) fn arrival(
-        &self,
-        node: T,
-        ranges: &mut [(T, T); A],
-    ) -> Result<Arrival<T, A>, ParameterError> {
+    pub(super) fn arrival(&self, node: T, ranges: &mut [(T, T); A]) -> Checked<Arrival<T, A>> {
         let (zero, one) = (T::zero(), T::one());
         let width = one / lit(self.cells as f64);
         let mut arrival =

@@ -13,7 +13,7 @@ use super::super::Pressure;
 use super::interpolation::{lagrange, stencil};
 use crate::quadrature::evenly;
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 
 /// Eight points integrate e^(−3t) on 0 … 1 to rounding, and no pressure of this crate is steeper
@@ -26,10 +26,7 @@ const ATTEMPTS: usize = 8;
 /// The weights of the nodes, all ≥ 0.
 ///
 /// Refuses a pressure that is negative or not finite, and names the cell.
-pub(super) fn weights<T: Scalar, P: Pressure<T>>(
-    pressure: &P,
-    cells: usize,
-) -> Result<Vec<T>, ParameterError> {
+pub(super) fn weights<T: Scalar, P: Pressure<T>>(pressure: &P, cells: usize) -> Checked<Vec<T>> {
     let mut linear = vec![false; cells];
     for _ in 0..ATTEMPTS {
         let weights = attempted(pressure, &linear)?;
@@ -44,10 +41,7 @@ pub(super) fn weights<T: Scalar, P: Pressure<T>>(
     attempted(pressure, &vec![true; cells])
 }
 
-fn attempted<T: Scalar, P: Pressure<T>>(
-    pressure: &P,
-    linear: &[bool],
-) -> Result<Vec<T>, ParameterError> {
+fn attempted<T: Scalar, P: Pressure<T>>(pressure: &P, linear: &[bool]) -> Checked<Vec<T>> {
     let cells = linear.len();
     let width = T::one() / lit(cells as f64);
     let mut weights = vec![T::zero(); cells + 1];

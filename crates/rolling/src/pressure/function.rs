@@ -3,7 +3,7 @@
 use super::Pressure;
 use crate::quadrature::weigh;
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 use bristle::scalar::to_f64;
 use bristle::signal::Signal;
 
@@ -44,7 +44,7 @@ impl<T: Scalar, S: Signal<T>> FunctionPressure<T, S> {
     ///
     /// Refuses a function that is negative, not finite, or has no finite slope where it is looked
     /// at.
-    pub fn new(function: S) -> Result<Self, ParameterError> {
+    pub fn new(function: S) -> Checked<Self> {
         let mut pressure = Self { function, total: T::zero() };
         let mut answer = Ok(T::zero());
         let mut look = |place: T| {

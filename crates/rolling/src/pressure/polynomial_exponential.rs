@@ -8,7 +8,7 @@ use nalgebra::Complex;
 use super::Pressure;
 use crate::moments::{complex_decaying, decaying, rising};
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::scalar::{is_zero, lit, to_f64};
 
 /// Parameters of [`PolynomialExponential`].
@@ -53,7 +53,7 @@ impl<T: Scalar> PolynomialExponential<T, 1> {
     /// # Errors
     ///
     /// Refuses a decay outside −50 … 50.
-    pub fn exponential(decay: T) -> Result<Self, ParameterError> {
+    pub fn exponential(decay: T) -> Checked<Self> {
         let decay = admissible(decay)?;
         Ok(Self { coefficients: [T::one() / decaying::<T, 1>(decay)[0]], decay })
     }
@@ -66,7 +66,7 @@ impl<T: Scalar> PolynomialExponential<T, 3> {
     }
 }
 
-fn admissible<T: Scalar>(decay: T) -> Result<T, ParameterError> {
+fn admissible<T: Scalar>(decay: T) -> Checked<T> {
     const MOST: f64 = 50.0;
     Named("decay", decay).between(-MOST, MOST)
 }
@@ -139,12 +139,10 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     ///
     /// Names the coefficient or the decay that is out of its range; refuses a pressure that is
     /// negative somewhere in the patch, and more coefficients than 12 or none.
-    pub fn new(parameters: PolynomialExponentialParameters<T, N>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: PolynomialExponentialParameters<T, N>) -> Checked<Self> {
         let PolynomialExponentialParameters { coefficients, decay } = parameters;
         Named("coefficients", N).count_between(1, MOST_COEFFICIENTS)?;
-        for (index, &coefficient) in coefficients.iter().enumerate() {
-            ParameterError::of_component(index, Named("coefficients", coefficient).finite())?;
-        }
+        ParameterError::of_components(&coefficients, |&it| Named("coefficients", it).finite())?;
         let pressure = Self { coefficients, decay: admissible(decay)? };
         if let Some(place) = negative_place(&coefficients) {
             let rule = Rule::NonNegativeAt { place };

@@ -1,0 +1,194 @@
+//! Systems of a size known at run time.
+
+use bristle::ode::{
+    self, AnyMethod, Output, Solver, StopReason, System, Tolerances, Trajectory, dynamic,
+};
+use bristle::{Branch, Scalar};
+use bristle_specimens::lit;
+use bristle_specimens::ode::MOST_STEPS;
+use nalgebra::SVector;
+
+/// Blocks on a belt under Dahl's friction, each on a spring to the one before, the first driven.
+struct Blocks(usize);
+
+impl Blocks {
+    fn rate<T: Scalar>(&self, time: T, state: &[T], branches: &[Branch], rate: &mut [T]) {
+        let at = |i: usize| state.get(3 * i).copied();
+        for (i, branch) in branches.iter().enumerate() {
+            let (place, velocity, z) = (state[3 * i], state[3 * i + 1], state[3 * i + 2]);
+            let before = if i == 0 { time.sin() * lit(0.5) } else { at(i - 1).unwrap_or(place) };
+            let pull = before + at(i + 1).unwrap_or(place) - place * lit(2.0);
+            let slip = branch.of(velocity - lit(0.1));
+            rate[3 * i] = velocity;
+            rate[3 * i + 1] = pull * lit(9.0) - z * lit(500.0);
+            rate[3 * i + 2] = slip.velocity() - slip.speed() * z * lit(1000.0);
+        }
+    }
+
+    fn velocities<T: Scalar>(&self, state: &[T], velocities: &mut [T]) {
+        for (velocity, block) in velocities.iter_mut().zip(state.chunks(3)) {
+            *velocity = block[1] - lit(0.1);
+        }
+    }
+
+    fn scale<T: Scalar>(i: usize) -> T {
+        lit([0.1, 0.1, 1e-3][i % 3])
+    }
+}
+
+/// K of them.
+struct Few<const K: usize>;
+
+impl<T: Scalar, const N: usize, const K: usize> System<T, N, K> for Few<K> {
+    fn rate(&self, time: T, state: &SVector<T, N>, branches: [Branch; K]) -> SVector<T, N> {
+        let mut rate = SVector::<T, N>::zeros();
+        Blocks(K).rate(time, state.as_slice(), &branches, rate.as_mut_slice());
+        rate
+    }
+
+    fn sliding_velocities(&self, _: T, state: &SVector<T, N>) -> [T; K] {
+        let mut velocities = [T::zero(); K];
+        Blocks(K).velocities(state.as_slice(), &mut velocities);
+        velocities
+    }
+
+    fn scales(&self) -> SVector<T, N> {
+        SVector::from_fn(|i, _| Blocks::scale(i))
+    }
+}
+
+impl<T: Scalar> dynamic::System<T> for Blocks {
+    fn states(&self) -> usize {
+        3 * self.0
+    }
+
+    fn contacts(&self) -> usize {
+        self.0
+    }
+
+    fn rate(&self, time: T, state: &[T], branches: &[Branch], rate: &mut [T]) {
+        self.rate(time, state, branches, rate);
+    }
+
+    fn sliding_velocities(&self, _: T, state: &[T], velocities: &mut [T]) {
+        self.velocities(state, velocities);
+    }
+
+    fn scales(&self, scales: &mut [T]) {
+        scales.iter_mut().enumerate().for_each(|(i, scale)| *scale = Self::scale(i));
+    }
+}
+
+/// The same runs of both, by every method with an error estimate.
+fn same_bits<T: Scalar, const N: usize, const K: usize>(tolerance: f64, end: f64) {
+    let (blocks, span) = (Blocks(K), T::zero()..lit(end));
+    let scales = SVector::<T, N>::from_fn(|i, _| Blocks::scale(i));
+    let fixed = Tolerances::scaled(lit(tolerance), scales).unwrap();
+    let grown = dynamic::Tolerances::scaled(lit(tolerance), scales.as_slice().to_vec()).unwrap();
+    for method in ["automatic", "dormand_prince", "dormand_prince8", "rodas4", "rodas5p"] {
+        let method: AnyMethod = method.parse().unwrap();
+        let pairs = [
+            (Solver::adaptive(method, fixed), dynamic::Solver::adaptive(method, grown.clone())),
+            (Solver::checked(method, fixed), dynamic::Solver::checked(method, grown.clone())),
+        ];
+        for (of_fixed, of_grown) in pairs {
+            let of_fixed = of_fixed.with_most_steps(MOST_STEPS);
+            let of_grown = of_grown.with_most_steps(MOST_STEPS);
+            let (start, output) = (SVector::<T, N>::zeros(), Output::Uniform(50));
+            let one: Trajectory<T, N> =
+                of_fixed.solve(&Few::<K>, span.clone(), start, output).unwrap();
+            let start = vec![T::zero(); N];
+            let other = of_grown.solve(&blocks, span.clone(), start, output).unwrap();
+            assert_eq!(one.statistics(), other.statistics(), "{method}");
+            assert!(one.statistics().reversals > 0, "{method}");
+            for (one, other) in one.states().iter().zip(other.states()) {
+                assert_eq!(one.as_slice(), &other[..], "{method}");
+            }
+            assert_eq!(one.reversals().len(), other.reversals().len());
+            for (one, other) in one.reversals().iter().zip(other.reversals()) {
+                assert!(one.index == other.index && one.time == other.time, "{method}");
+                assert_eq!(one.state.as_slice(), &other.state[..], "{method}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_system_of_either_kind_has_the_same_bits() {
+    // 1, 3 and 4 blocks: below and from twelve states on the error is estimated in two ways.
+    same_bits::<f64, 3, 1>(1e-5, 10.0);
+    same_bits::<f64, 9, 3>(1e-5, 5.0);
+    same_bits::<f64, 12, 4>(1e-5, 5.0);
+    same_bits::<f32, 9, 3>(1e-3, 5.0);
+}
+
+#[test]
+fn hundreds_of_blocks_are_solved_to_the_tolerance_without_a_jacobian() {
+    // Beyond 400 states. Steps a hundred times as tight as those of a solution have its digits.
+    let (blocks, span, tolerance) = (Blocks(150), 0.0..1.0, 1e-4);
+    let scales: Vec<f64> = (0..450).map(Blocks::scale).collect();
+    let tight = dynamic::Tolerances::scaled(1e-9, scales.clone()).unwrap();
+    let tight = dynamic::Solver::adaptive(AnyMethod::DormandPrince8, tight);
+    let (start, output) = (vec![0.0; 450], Output::Uniform(5));
+    let wanted = tight.solve(&blocks, span.clone(), start.clone(), output).unwrap();
+    let found = ode::solve(&blocks, span, start, tolerance, output).unwrap();
+    assert!(found.statistics().jacobians == 0 && found.statistics().reversals > 0);
+    for (found, wanted) in found.states().iter().zip(wanted.states()) {
+        for i in 0..450 {
+            let error = (found[i] - wanted[i]).abs() / (scales[i] + wanted[i].abs());
+            assert!(error < tolerance, "{i}: {error}");
+        }
+        // The drive has not come far: from the 100th block on all move as one on the belt alone.
+        assert!(found[300..303] == found[447..450], "{found:?}");
+    }
+}
+
+/// ẋ = 20 (x − sin t) + cos t of so many states: beside sin t errors grow as e^(20 t).
+struct Unstable(usize);
+
+impl dynamic::System<f64> for Unstable {
+    fn states(&self) -> usize {
+        self.0
+    }
+
+    fn contacts(&self) -> usize {
+        0
+    }
+
+    fn rate(&self, time: f64, state: &[f64], _: &[Branch], rate: &mut [f64]) {
+        for (rate, x) in rate.iter_mut().zip(state) {
+            *rate = 20.0 * (x - time.sin()) + time.cos();
+        }
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &[f64], _: &mut [f64]) {}
+}
+
+#[test]
+fn growth_of_errors_is_seen_with_a_jacobian_and_without() {
+    for states in [3, 20, 401] {
+        let run = |end| {
+            let output = Output::Uniform(2);
+            ode::solve(&Unstable(states), 0.0..end, vec![0.0; states], 1e-6, output)
+        };
+        // e²⁰ and e⁶⁰.
+        let end = run(1.0).unwrap();
+        assert!((end.states()[1][states - 1] - 1f64.sin()).abs() < 1e-6, "{states}");
+        assert!(matches!(run(3.0).unwrap_err().reason, StopReason::ErrorsGrow { .. }), "{states}");
+    }
+}
+
+#[test]
+fn sizes_other_than_the_system_s_are_refused() {
+    let solver = |states| {
+        let tolerances = dynamic::Tolerances::scaled(1e-6, vec![1.0; states]).unwrap();
+        dynamic::Solver::checked(AnyMethod::Automatic, tolerances)
+    };
+    let solve = |states, start| {
+        let run = solver(states).solve(&Blocks(2), 0.0..1.0, vec![0.0; start], Output::Steps);
+        run.map(|_| ()).map_err(|failure| failure.reason)
+    };
+    assert!(matches!(solve(6, 5), Err(StopReason::Refused(_))));
+    assert!(matches!(solve(5, 6), Err(StopReason::Refused(_))));
+    assert_eq!(solve(6, 6), Ok(()));
+}
