@@ -39,12 +39,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         let most = self.most_growth?;
         let step = end.time - self.point.time;
         if !is_cut {
-            // The curve within the step, which no later step carries along.
-            let within = to_f64(self.step.dense_output.error(&end.scale)) / most;
-            if within > 1.0 {
-                return Some(step * lit(0.9 * rough_power(within, -1.0 / 8.0)));
-            }
-            let shorter = self.unseen(end, interval);
+            let shorter = self.bent(end, most).or_else(|| self.unseen(end, interval));
             if shorter.is_some() {
                 return shorter;
             }
@@ -91,6 +86,15 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         let carried = (carried, growth.as_ref(), stability);
         self.growth.step(carried, (trial, square * part * part), &end.scale);
         None
+    }
+
+    /// A shorter step, where the curve within this one, which no later step carries along, is
+    /// farther off than a solution may be.
+    #[inline]
+    fn bent(&self, end: &Point<T, V>, most: f64) -> Option<T> {
+        let within = to_f64(self.step.dense_output.error(&end.scale)) / most;
+        let step = end.time - self.point.time;
+        (within > 1.0).then(|| step * lit(0.9 * rough_power(within, -1.0 / 8.0)))
     }
 
     /// Stops a run whose estimated error has outgrown its limit, once it is known by how much: a

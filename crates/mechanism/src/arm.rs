@@ -27,11 +27,11 @@
 
 use core::mem::take;
 
-use crate::band::place;
+use crate::band::{self, place};
 use crate::contacts::{ContactState, Step};
 use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which, part};
 use crate::rows::Rows;
-use crate::step::{Motion, Parts, check_length, forwards};
+use crate::step::{Motion, check_length, forwards};
 use bristle::companion::Companion;
 use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::rheology::Deflection;
@@ -192,10 +192,10 @@ impl<'a, T: Scalar> Room<'a, T> {
     }
 
     /// M(q), and the forces in the place of the accelerations.
-    pub(crate) fn assemble(&mut self, parts: &mut Parts<'_, T>) {
+    pub(crate) fn assemble(&mut self, mass: &mut [T], force: &mut [T]) {
         let [cosine, sine, rate] = &self.turned;
-        inertia(self.kept, [cosine, sine, rate], parts.mass, parts.acceleration);
-        for (i, force) in parts.acceleration.iter_mut().enumerate() {
+        inertia(self.kept, [cosine, sine, rate], mass, force);
+        for (i, force) in force.iter_mut().enumerate() {
             *force = self.torque[i] + self.gravity[i] - *force;
         }
     }
@@ -290,7 +290,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         let predicted = [&*position, velocity, acceleration];
         room.predict(predicted, lit::<T>(0.5) * duration, gravity);
         drive(room.middle(contacts));
-        room.assemble(&mut parts);
+        room.assemble(parts.mass, parts.acceleration);
         let motion = Motion { position, velocity };
         let step = Step { structure, duration, companions, rows };
         parts.step(&step, [&[], room.load], motion, contacts);
@@ -316,13 +316,12 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
     /// NaN for slices of other lengths.
     pub fn energy(&self, position: &[T], velocity: &[T]) -> T {
         let n = self.mechanism.coordinates();
-        let end = structure(n).storage(n, self.mechanism.rows().contacts());
-        let kept = self.mechanism.storage.as_ref().get(end..end + KEPT * n);
-        let Some(kept) = kept.filter(|_| position.len() == n && velocity.len() == n) else {
+        if position.len() != n || velocity.len() != n {
             return T::nan();
-        };
+        }
         let [mut angle, mut rate, mut x, mut y, mut energy] = [T::zero(); 5];
-        for (link, (&q, &v)) in kept.chunks_exact(KEPT).zip(position.iter().zip(velocity)) {
+        let links = self.kept().chunks_exact(KEPT);
+        for (link, (&q, &v)) in links.zip(position.iter().zip(velocity)) {
             let [length, moment, own, rotor] = [link[0], link[1], link[2], link[3]];
             (angle, rate) = (angle + q, rate + v);
             let (sine, cosine) = angle.sin_cos();
@@ -335,6 +334,31 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
             (x, y) = (x + length * rate * cosine, y + length * rate * sine);
         }
         energy
+    }
+
+    /// What it keeps of its links.
+    fn kept(&self) -> &[T] {
+        let n = self.mechanism.coordinates();
+        let end = structure(n).storage(n, self.mechanism.rows().contacts());
+        self.mechanism.storage.as_ref().get(end..end + KEPT * n).unwrap_or(&[])
+    }
+
+    /// The accelerations at angles and velocities, in the place of torques less friction.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn accelerate(&self, [position, velocity]: [&[T]; 2], force: &mut [T]) {
+        let (mechanism, n) = (&self.mechanism, position.len());
+        let mut numbers = alloc::vec![T::zero(); (n + KEPT + ROOM) * n];
+        let (mass, rest) = numbers.split_at_mut(n * n);
+        let mut room = Room::new(rest, n, 0);
+        room.kept.copy_from_slice(self.kept());
+        room.predict([position, velocity, velocity], T::zero(), self.gravity);
+        room.torque.copy_from_slice(force);
+        room.assemble(mass, force);
+        let damping = mechanism.matrix(1).iter().skip(n - 1).step_by(n);
+        for ((force, &damping), &v) in force.iter_mut().zip(damping).zip(velocity) {
+            *force -= damping * v;
+        }
+        band::factor_and_solve(n, mass, force);
     }
 
     /// vᵀ B v \[W\]. NaN for a slice of another length.

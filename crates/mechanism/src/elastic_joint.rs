@@ -99,6 +99,7 @@ pub struct ElasticJoint<T> {
     parameters: ElasticJointParameters<T>,
     /// b/2
     play: T,
+    pub(crate) rows: [[(usize, T); 1]; 2],
 }
 
 impl<T: Scalar> ElasticJoint<T> {
@@ -114,7 +115,8 @@ impl<T: Scalar> ElasticJoint<T> {
         Named("stiffness", parameters.stiffness).positive()?;
         Named("damping", parameters.damping).non_negative()?;
         let backlash = Named("backlash", parameters.backlash).non_negative()?;
-        Ok(Self { parameters, play: backlash * lit(0.5) })
+        let rows = [0, 1].map(|side| [(side, T::one())]);
+        Ok(Self { parameters, play: backlash * lit(0.5), rows })
     }
 
     /// The parameters.
@@ -176,6 +178,12 @@ impl<T: Scalar> ElasticJoint<T> {
         }
         let rate = stretch(mean_velocities);
         ShaftStep { torque, dissipated: duration * damping * rate * rate, mean_velocities }
+    }
+
+    /// The torque of spring and damper on the link at a stretch and its rate.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn shaft_torque(&self, [stretch, rate]: [T; 2]) -> T {
+        self.mean_torque(stretch, stretch) + self.parameters.damping * rate
     }
 
     /// U(e).

@@ -16,8 +16,9 @@
 //!
 //! Angles and torques serve as well. [`LinearMechanism`] holds the matrices, [`Chain`] makes them
 //! for blocks in a row, and [`ContactState`] is what a contact keeps from step to step. [`Arm`] has
-//! masses that depend on where it is, [`ElasticJoint`] a shaft with backlash. [`gradient`] has the
-//! derivatives of a loss by friction parameters.
+//! masses that depend on where it is, [`ElasticJoint`] a shaft with backlash; each can be stepped, or
+//! solved for by its [`EquationsOfMotion`]. [`gradient`] has the derivatives of a loss by friction
+//! parameters.
 //!
 //! # A step
 //!
@@ -50,6 +51,7 @@
 //! reduction to the contacts is the Woodbury identity.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
+#![allow(private_bounds, reason = "equations of motion are those of this crate's mechanisms")]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -59,6 +61,8 @@ mod band;
 mod chain;
 mod contacts;
 mod elastic_joint;
+#[cfg(feature = "alloc")]
+mod equations;
 pub mod gradient;
 mod mechanism;
 mod rows;
@@ -68,6 +72,8 @@ pub use arm::{Arm, ArmMiddle, ArmMotion, ArmParameters, Link, on_joint};
 pub use chain::{Block, Chain, Coupling, on_ground, to_next};
 pub use contacts::{ContactState, Inputs};
 pub use elastic_joint::{ElasticJoint, ElasticJointMotion, ElasticJointParameters, ShaftStep};
+#[cfg(feature = "alloc")]
+pub use equations::{Acting, EquationsOfMotion};
 pub use mechanism::{LinearMechanism, Matrices, Storage, Structure};
 pub use rows::Rows;
 pub use step::{Motion, Sources};

@@ -326,11 +326,17 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
 
     /// xᵀ A x of one of the stored matrices.
     fn form(&self, which: usize, x: &[T]) -> T {
-        let (width, size) = (self.width(), self.coordinates * self.width());
-        match self.storage.as_ref().get(which * size..(which + 1) * size) {
-            Some(matrix) if x.len() == self.coordinates => band::quadratic(width, matrix, x),
-            _ => T::nan(),
+        if x.len() == self.coordinates {
+            band::quadratic(self.width(), self.matrix(which), x)
+        } else {
+            T::nan()
         }
+    }
+
+    /// M, C or K as it is stored.
+    pub(crate) fn matrix(&self, which: usize) -> &[T] {
+        let size = self.coordinates * self.width();
+        self.storage.as_ref().get(which * size..(which + 1) * size).unwrap_or(&[])
     }
 }
 

@@ -89,7 +89,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         let (rows, mut parts) = self.mechanism.prepared(duration);
         let mut room = Room::new(take(&mut parts.room), n, by.len());
         room.predict(motion, half, gravity);
-        room.assemble(&mut parts);
+        room.assemble(parts.mass, parts.acceleration);
         let step = Step { structure, duration, companions, rows };
         let contacts = [before.contacts, after.contacts];
         let of_motion = [&mut *position, &mut *velocity, &mut *acceleration];

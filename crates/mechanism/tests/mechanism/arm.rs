@@ -17,12 +17,12 @@ const GRAVITY: f64 = 9.81;
 const START: [f64; 2] = [1.2, -0.7];
 
 /// Motor torques [N m]: control of the position, and a swing.
-fn torque(time: f64, q: [f64; 2], v: [f64; 2]) -> [f64; 2] {
+pub(crate) fn torque(time: f64, q: [f64; 2], v: [f64; 2]) -> [f64; 2] {
     [6.0 * (3.0 * time).sin() - 20.0 * q[0] - v[0], -10.0 * (q[1] - 0.5) - v[1]]
 }
 
 /// The equations of two links in the angles of their joints, as in textbooks.
-struct TwoLinks(Contact<f64, Friction>);
+pub(crate) struct TwoLinks(pub(crate) Contact<f64, Friction>);
 
 impl System<f64, 6, 2> for TwoLinks {
     fn rate(&self, time: f64, state: &SVector<f64, 6>, on: [Branch; 2]) -> SVector<f64, 6> {
@@ -55,7 +55,7 @@ impl System<f64, 6, 2> for TwoLinks {
     }
 }
 
-type Rows = [[(usize, f64); 1]; 2];
+pub(crate) type Rows = [[(usize, f64); 1]; 2];
 
 /// Angles and velocities after 3 s in steps of h.
 fn run<S>(mut arm: Arm<f64, Rows, S>, h: f64) -> [f64; 4]
@@ -79,7 +79,7 @@ where
 
 const PARAMETERS: ArmParameters<'static, f64> = ArmParameters { links: &LINKS, gravity: GRAVITY };
 
-fn two_links() -> Arm<f64, Rows, Vec<f64>> {
+pub(crate) fn two_links() -> Arm<f64, Rows, Vec<f64>> {
     Arm::on_heap(&PARAMETERS, [on_joint(0), on_joint(1)]).unwrap()
 }
 
@@ -94,7 +94,7 @@ fn bits_are_those_of_a_size_known_at_run_time_and_steps_do_not_allocate() {
 }
 
 #[test]
-fn two_links_move_as_the_equations_of_textbooks() {
+pub(crate) fn two_links_move_as_the_equations_of_textbooks() {
     let start = [START[0], START[1], 0.0, 0.0, 0.0, 0.0].into();
     let system = TwoLinks(*friction().contact());
     let solved = ode::solve(&system, 0.0..3.0, start, 1e-9, Output::Uniform(2)).unwrap();

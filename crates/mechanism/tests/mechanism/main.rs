@@ -4,6 +4,7 @@
 mod arm;
 mod elastic_joint;
 mod energy;
+mod equations;
 mod gradient;
 mod reference;
 mod refusals;

@@ -76,7 +76,7 @@ pub(crate) fn chain() -> LinearMechanism<f64, TwoRows, Vec<f64>> {
 }
 
 /// The largest error of position, velocity and deflection.
-fn error([position, velocity, deflection]: &[Vec<f64>; 3]) -> f64 {
+pub(crate) fn error([position, velocity, deflection]: &[Vec<f64>; 3]) -> f64 {
     let off = |got: &[f64], want: &[f64]| {
         got.iter().zip(want).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
     };
