@@ -17,7 +17,7 @@ use super::system::Equations;
 use super::tolerance::Tolerances;
 use super::tolerance::check;
 use crate::Scalar;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named, ParameterError};
 
 /// An attempt whose errors have grown to so many times their limit is followed by one with steps so
 /// much tighter, and this much more.
@@ -180,14 +180,10 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
         if self.tolerances.is_some() {
             self.method.check_adaptive().map_err(refuse)?;
         }
+        check_sizes(system, &initial_state).map_err(refuse)?;
         let tolerances =
             self.tolerances.as_ref().map_or(system.states(), |it| it.absolute().count());
-        for (name, count) in [("initial_state", initial_state.count()), ("tolerances", tolerances)]
-        {
-            let is_right = count == system.states();
-            let rule = "be as many as the system has states";
-            Named(name, count as f64).stated(is_right, rule).map_err(refuse)?;
-        }
+        as_many_as_states(system, "tolerances", tolerances).map_err(refuse)?;
         Named("span.start", span.start).finite().map_err(refuse)?;
         Named("span.end", span.end).finite().map_err(refuse)?;
         for (index, &value) in initial_state.entries().iter().enumerate() {
@@ -349,4 +345,27 @@ pub struct Summary<T, V> {
     pub event: Option<usize>,
     /// Counts of its steps and evaluations.
     pub statistics: Statistics,
+}
+
+/// More contacts than any scene has, and than would have room.
+const MOST_CONTACTS: usize = 1 << 24;
+
+fn as_many_as_states<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
+    system: &S,
+    name: &'static str,
+    count: usize,
+) -> Checked<()> {
+    let rule = "be as many as the system has states";
+    Named(name, count as f64).stated(count == system.states(), rule).map(drop)
+}
+
+/// Refuses a state of another size than that of the system, and sizes that no system has: before
+/// anything of such a size is asked for.
+pub(super) fn check_sizes<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
+    system: &S,
+    initial_state: &V,
+) -> Checked<()> {
+    Named("states", system.states()).count(1)?;
+    as_many_as_states(system, "initial_state", initial_state.count())?;
+    Named("contacts", system.contacts()).count_between(0, MOST_CONTACTS)
 }

@@ -7,7 +7,7 @@ use core::ops::{ControlFlow, Range};
 use super::dense_output::MOST_TERMS;
 use super::event::{Event, Occurrence};
 use super::failure::{Failure, StopReason};
-use super::solver::{Observer, Solver, Summary};
+use super::solver::{Observer, Solver, Summary, check_sizes};
 use super::statistics::Statistics;
 use super::step::Step;
 use super::stepper::OneStep;
@@ -256,7 +256,8 @@ pub fn solve<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
     tolerance: T,
     output: Output<'_, T>,
 ) -> Result<Trajectory<T, V>, Box<Failure<T, V>>> {
-    let solver = Solver::automatic(tolerance, system.magnitudes())
+    let solver = check_sizes(system, &initial_state)
+        .and_then(|()| Solver::automatic(tolerance, system.magnitudes()))
         .map_err(|error| Failure::refused(error, span.start, initial_state.clone()))?;
     solver.solve(system, span, initial_state, output)
 }

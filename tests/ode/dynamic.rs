@@ -192,3 +192,32 @@ fn sizes_other_than_the_system_s_are_refused() {
     assert!(matches!(solve(5, 6), Err(StopReason::Refused(_))));
     assert_eq!(solve(6, 6), Ok(()));
 }
+
+/// Before anything of such a size is asked for: no capacity overflows.
+#[test]
+fn sizes_of_no_system_are_refused() {
+    struct Sizes(usize, usize);
+    impl dynamic::System<f64> for Sizes {
+        fn states(&self) -> usize {
+            self.0
+        }
+        fn contacts(&self) -> usize {
+            self.1
+        }
+        fn rate(&self, _: f64, _: &[f64], _: &[Branch], rate: &mut [f64]) {
+            rate.fill(0.0);
+        }
+        fn sliding_velocities(&self, _: f64, _: &[f64], _: &mut [f64]) {}
+    }
+    let refused = |states, contacts, start| {
+        let (system, output) = (Sizes(states, contacts), Output::Uniform(2));
+        let run = ode::solve(&system, 0.0..1.0, vec![0.0; start], 1e-6, output);
+        run.unwrap_err().reason.to_string()
+    };
+    let text = refused(0, 0, 0);
+    assert!(text.contains("of states there must be at least 1, not 0"), "{text}");
+    let text = refused(usize::MAX, 0, 2);
+    assert!(text.contains("initial_state is 2"), "{text}");
+    let text = refused(2, usize::MAX, 2);
+    assert!(text.contains("contacts"), "{text}");
+}

@@ -22,6 +22,10 @@
 //! contacts are passive as in every mechanism; position, velocity and total energy are of second
 //! order.
 //!
+//! Inertia forces are explicit, so that a step has a largest length. Two, three and seven undamped
+//! links of 0.2 m, let go, keep their energy to 1 % while none turns by more than 0.08 rad in a
+//! step, to a half by 0.4 rad, and grow to NaN with steps twice as long. Damped arms take more.
+//!
 //! Source: H. Asada, J.-J. Slotine, "Robot Analysis and Control" (1986), chapter 5, written out for
 //! parallel axes.
 

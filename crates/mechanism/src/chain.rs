@@ -45,7 +45,7 @@ pub fn on_ground<T: Scalar>(block: usize) -> [(usize, T); 2] {
 
 /// The row of a contact between a block and the next one: s = vᵢ₊₁ − vᵢ.
 pub fn to_next<T: Scalar>(block: usize) -> [(usize, T); 2] {
-    [(block, -T::one()), (block + 1, T::one())]
+    [(block, -T::one()), (block.saturating_add(1), T::one())]
 }
 
 /// Blocks in a row, as parameters of a [`LinearMechanism`] whose steps take a time that grows as
