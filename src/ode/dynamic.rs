@@ -66,6 +66,7 @@ use core::fmt::Debug;
 pub use super::generic::{
     Event, Failure, Integration, Occurrence, Solver, Step, Summary, Tolerances, Trajectory,
 };
+use super::storage::Entries;
 use super::system::{self, Equations};
 use crate::{Branch, Scalar};
 
@@ -151,7 +152,7 @@ impl<T: Scalar, S: System<T> + ?Sized> Equations<T, Vec<T>, Any> for S {
 
     #[inline]
     fn velocities(&self, time: T, state: &Vec<T>) -> Vec<T> {
-        let mut velocities = vec![T::zero(); System::contacts(self)];
+        let mut velocities = Vec::filled(System::contacts(self), T::zero());
         self.sliding_velocities(time, state, &mut velocities);
         velocities
     }

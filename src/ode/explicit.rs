@@ -163,9 +163,14 @@ const KINK: f64 = 0.1;
 const HELD: f64 = 0.6;
 
 /// The steps that a Jacobian of so many states serves: by differences it costs an evaluation for
-/// each of them, a step of order 8 twelve.
+/// each of them, a step of order 8 twelve. One that is older tells of growth that is none.
 pub(super) const fn serves(states: usize) -> usize {
-    if states < MANY { 1 } else { states / 4 }
+    match states {
+        ..MANY => 1,
+        MANY..20 => states / 2,
+        20..40 => 10,
+        _ => states / 4,
+    }
 }
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.

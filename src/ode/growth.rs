@@ -89,17 +89,20 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
         for i in 0..states {
             self.error[i] = self.error[i] + missed[i].copysign(self.error[i]);
         }
-        let series = if states < MANY { None } else { series(times, &self.error, allowed) };
+        let near = near(stability);
+        let is_near = |growth: &V::Matrix| !is_beyond(states, growth.entries(), near);
+        let by_own = if growth.is_some_and(is_near) { &[] } else { stability };
+        let (series, own) = match states < MANY {
+            true => (None, own(times, &self.error, by_own)),
+            false => series(times, &self.error, allowed, by_own),
+        };
         let mut carried = series.unwrap_or_else(|| {
             let Some(growth) = growth else { return self.error.clone() };
             let part = lit(1.0 / f64::from(PARTS));
             let part = Exponential::<T, V>::new(allowed, growth.entries(), part);
             (0..PARTS).fold(self.error.clone(), |grown, _| part.apply_to(grown))
         });
-        let near = near(stability);
-        let is_near = |growth: &V::Matrix| !is_beyond(states, growth.entries(), near);
-        if !stability.is_empty() && !growth.is_some_and(is_near) {
-            let own = own(times, &self.error, stability);
+        if !by_own.is_empty() {
             for i in 0..states {
                 if own[i].abs() <= allowed[i] {
                     carried[i] = own[i];
@@ -191,23 +194,36 @@ fn own<T: Scalar, V: States<T>>(times: &mut impl FnMut(&V) -> V, x: &V, stabilit
         .fold(x.clone(), |sum, &ratio| x.with(&times(&sum), |x, times| x + times * lit(ratio)))
 }
 
-/// e^A x by its power series, to a part of its largest component over a scale; none if it does not
-/// converge fast.
-fn series<T: Scalar, V: States<T>>(times: &mut impl FnMut(&V) -> V, x: &V, scale: &V) -> Option<V> {
-    let (mut sum, mut term, mut small) = (x.clone(), x.clone(), 0);
+/// e^A x by its power series, to a part of its largest component over a scale, or none if it does
+/// not converge fast; and R(A) x with the rₖ of an explicit method, from the same products.
+fn series<T: Scalar, V: States<T>>(
+    times: &mut impl FnMut(&V) -> V,
+    x: &V,
+    scale: &V,
+    stability: &[f64],
+) -> (Option<V>, V) {
+    let (mut sum, mut own, mut term) = (x.clone(), x.clone(), x.clone());
+    let (inverse, mut small, mut weight) = (scale.like(|i| scale[i].recip()), 0, 1.0);
     for n in 1..=TERMS {
         let part = lit::<T>(1.0 / n as f64);
+        weight *= stability.get(n - 1).map_or(0.0, |ratio| ratio * n as f64);
+        let (of_own, mut last, mut most) = (lit::<T>(weight), T::zero(), T::zero());
         term = times(&term);
-        for i in 0..x.count() {
-            term[i] *= part;
-            sum[i] += term[i];
+        let scales = inverse.entries().iter();
+        let sums = sum.entries_mut().iter_mut().zip(own.entries_mut());
+        for ((term, &scale), (sum, own)) in term.entries_mut().iter_mut().zip(scales).zip(sums) {
+            *term *= part;
+            *sum += *term;
+            *own += *term * of_own;
+            last = last.larger((*term * scale).abs());
+            most = most.larger((*sum * scale).abs());
         }
-        small = if term.over(scale) <= sum.over(scale) * lit(SMALL) { small + 1 } else { 0 };
-        if small == 2 {
-            return Some(sum);
+        small = if last <= most * lit(SMALL) { small + 1 } else { 0 };
+        if small >= 2 && n >= stability.len() {
+            return (Some(sum), own);
         }
     }
-    None
+    (None, own)
 }
 
 /// The factors of an approximation of e^A; not finite where A is not.
@@ -302,14 +318,14 @@ mod tests {
         for angle in [0.0, 0.1, 3.0] {
             let a = Matrix2::new(-angle, -angle, angle, -angle);
             let turned = Vector2::new(f64::cos(angle), angle.sin()) * f64::exp(-angle);
-            let found = series(&mut |x| a * x, &Vector2::x(), &Vector2::repeat(1.0));
-            let found = found.unwrap_or_default();
+            let one = Vector2::repeat(1.0);
+            let found = series(&mut |x| a * x, &Vector2::x(), &one, &[]).0.unwrap_or_default();
             // Terms below a hundredth of the sum are left out.
             assert!((found - turned).norm() < 0.01 * turned.norm(), "{angle}: {found}");
         }
         let stiff = Matrix2::new(-1e3, 0.0, 0.0, -1.0);
         let ones = Vector2::repeat(1.0);
-        assert_eq!(series(&mut |x| stiff * x, &ones, &ones), None);
+        assert_eq!(series(&mut |x| stiff * x, &ones, &ones, &[]).0, None);
     }
 
     /// Takes a step with hJ, the rₖ, a trial with its mean square and what it does not show.
@@ -361,6 +377,9 @@ mod tests {
             let found = own(&mut |x| x * z, &Vector1::new(2.0), stepper.stability());
             let error = found[0] - 2.0 * polynomial(z);
             assert!(error.abs() < 1e-13, "{z}: {error}");
+            let one = Vector1::new(1.0);
+            let (_, same) = series(&mut |x| x * z, &(one * 2.0), &one, stepper.stability());
+            assert!((same[0] - found[0]).abs() < 1e-13, "{z}: {same}");
             assert!(is_beyond(1, &[z], 1.5));
         }
         // Up to there it is the exponential, to 2 % here.

@@ -13,6 +13,7 @@
 //! of all steps: a tenth of a tolerance in a velocity may be a hundred in a deflection after it has
 //! reversed.
 
+use super::growth::MANY;
 use super::storage::{Entries, States, of_both, product};
 use crate::Scalar;
 use crate::scalar::lit;
@@ -24,7 +25,8 @@ const SUDDEN: f64 = 200.0;
 const ERROR: f64 = 0.01;
 
 /// What both Jacobians leave of the change of the rates jumps if it changes so many times faster
-/// than in the step before, and by more than |ΔJ Δx|.
+/// than in the step before, and by more than |ΔJ Δx|. Of many states more often one had passed zero
+/// there: in proportion to their number more times faster.
 const JUMP: f64 = 30.0;
 
 /// The error of a step over a jump, over h Δf: about the mean over its place.
@@ -95,6 +97,7 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
             }
         }
         let mut speeds = left.like(|_| lit(f64::INFINITY));
+        let leap = lit::<T>(JUMP * (states as f64 / MANY as f64).max(1.0)) * length * length;
         if let Some([moving_before, before, usual]) = &self.between {
             // One Jacobian for both steps: what another left is no jump.
             let explained = match change {
@@ -104,7 +107,7 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
             for i in 0..states {
                 let jump = (left[i] - before[i] - explained[i]).abs() * length;
                 speeds[i] = jump / (length * length);
-                if jump > usual[i] * length * length * lit(JUMP) && jump > curved[i] {
+                if jump > usual[i] * leap && jump > curved[i] {
                     self.missed[i] += jump * length * lit(OF_JUMP);
                 }
                 if usual[i].is_finite() {

@@ -26,7 +26,7 @@ use crate::scalar::{lit, to_f64};
 /// Every so many steps of so many states is looked at: powers of a large matrix cost as much as
 /// several steps.
 const fn look(states: usize) -> usize {
-    if states < MANY { 16 } else { 2 * states }
+    if states < MANY { 16 } else { 4 * states }
 }
 
 /// A step longer by this factor than the one looked at last is looked at, too.
@@ -41,8 +41,9 @@ const MATTERS: f64 = 4.0;
 /// The next step after one that grows just as much as allowed may be longer by this factor.
 const ROOM: f64 = 1.2;
 
-/// The exponential is that of a part 2^−k of the matrix, of at most this norm and with at most this
-/// k: there the approximation damps an oscillation by 5·10⁻⁵.
+/// The exponential is that of a part 2^−k of the matrix, with a norm, or a root of that of its
+/// square, of at most this and with at most this k: there the approximation damps an oscillation by
+/// 5·10⁻⁵.
 const PART: (f64, u32) = (0.25, 16);
 
 /// The highest power m: slower growth than ln N/m a step is not seen.
@@ -116,7 +117,7 @@ fn fastest<T: Scalar, V: States<T>>(
     matters: f64,
 ) -> Option<(f64, f64)> {
     let (states, a) = (scales.count(), growth.entries());
-    let size = norm(a, scales);
+    let size = norm(a, scales).smaller(norm(product(states, a, growth).entries(), scales).sqrt());
     let (most, halvings) = PART;
     let mut part = T::one();
     for _ in 0..halvings {

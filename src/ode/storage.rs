@@ -6,6 +6,7 @@ use core::ops::{Index, IndexMut};
 
 use nalgebra::{Const, Dyn, MatrixView, SMatrix};
 
+use super::growth::MANY;
 use super::step::{Contacts, Few};
 use crate::Scalar;
 
@@ -44,8 +45,11 @@ macro_rules! entries {
 entries!([X: nalgebra::Scalar + Copy, const R: usize, const C: usize] SMatrix<X, R, C>,
     |_, value| Self::from_element(value));
 entries!([X: Copy + Debug, const K: usize] [X; K], |_, value| [value; K]);
+// Not by `vec!`: to ask an allocator for zeros takes longer than to write them.
 #[cfg(feature = "alloc")]
-entries!([X: Copy + Debug] alloc::vec::Vec<X>, |count, value| alloc::vec![value; count]);
+entries!([X: Copy + Debug] alloc::vec::Vec<X>, |count, value| {
+    core::iter::repeat_n(value, count).collect()
+});
 
 /// The states of a system: an `SVector<T, N>`, or a `Vec<T>` of a size known at run time.
 pub(crate) trait States<T: Scalar>:
@@ -170,35 +174,47 @@ pub(super) fn slices<T: Scalar, V: States<T>, const S: usize>(
 #[inline(always)]
 pub(super) fn product<T: Scalar, C: Entries<T>>(rows: usize, matrix: &[T], with: &C) -> C {
     let mut answer = with.clone();
-    let column = |k: usize| &matrix[k * rows..][..rows];
-    for j in 0..with.entries().len() / rows.max(1) {
-        let sum = &mut answer.entries_mut()[j * rows..][..rows];
-        let factors = &with.entries()[j * rows..][..rows];
-        let (first, factor) = (column(0), factors[0]);
-        for i in 0..rows {
-            sum[i] = first[i] * factor;
-        }
-        let mut k = 1;
-        // Some at once, for then the sum is read and written less often.
-        while k + 5 <= rows {
-            let (a, b, c) = (column(k), column(k + 1), column(k + 2));
-            let (d, e) = (column(k + 3), column(k + 4));
-            let (p, q, r) = (factors[k], factors[k + 1], factors[k + 2]);
-            let (s, t) = (factors[k + 3], factors[k + 4]);
-            for i in 0..rows {
-                let first = ((sum[i] + a[i] * p) + b[i] * q) + c[i] * r;
-                sum[i] = (first + d[i] * s) + e[i] * t;
-            }
-            k += 5;
-        }
-        for (k, &factor) in factors.iter().enumerate().skip(k) {
-            let column = column(k);
-            for i in 0..rows {
-                sum[i] += column[i] * factor;
-            }
-        }
+    let rows = rows.max(1);
+    for (sum, factors) in
+        answer.entries_mut().chunks_exact_mut(rows).zip(with.entries().chunks_exact(rows))
+    {
+        if rows < MANY { add_few(sum, matrix, factors) } else { add_up(sum, matrix, factors) }
     }
     answer
+}
+
+/// Columns that are added at once, for then the sum is read and written less often.
+const FEW: usize = 5;
+
+/// The columns of a matrix, each times a factor, added in their order.
+#[inline(always)]
+fn add_few<T: Scalar>(sum: &mut [T], matrix: &[T], factors: &[T]) {
+    for (k, (column, &factor)) in columns(matrix, sum.len()).zip(factors).enumerate() {
+        for (sum, &entry) in sum.iter_mut().zip(column) {
+            *sum = if k == 0 { entry * factor } else { *sum + entry * factor };
+        }
+    }
+}
+
+/// The same of many, compiled once for all sizes.
+#[inline(never)]
+fn add_up<T: Scalar>(sum: &mut [T], matrix: &[T], factors: &[T]) {
+    let rows = sum.len();
+    add_few(sum, matrix, &factors[..1]);
+    let mut rest = matrix[rows..].chunks_exact(FEW * rows);
+    let mut others = factors[1..].chunks_exact(FEW);
+    for (five, factors) in rest.by_ref().zip(others.by_ref()) {
+        let [a, b, c, d, e] = core::array::from_fn(|k| &five[k * rows..][..rows]);
+        for i in 0..rows {
+            let first = ((sum[i] + a[i] * factors[0]) + b[i] * factors[1]) + c[i] * factors[2];
+            sum[i] = (first + d[i] * factors[3]) + e[i] * factors[4];
+        }
+    }
+    for (column, &factor) in columns(rest.remainder(), rows).zip(others.remainder()) {
+        for (sum, &entry) in sum.iter_mut().zip(column) {
+            *sum += entry * factor;
+        }
+    }
 }
 
 /// Eliminates state k of a square matrix of so many rows by its pivot, of which the inverse is
