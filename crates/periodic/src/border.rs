@@ -22,7 +22,8 @@ impl Continuation {
     /// leaves for is followed on. None if one is stable at the end of the range. As many points as
     /// it takes, in the direction of `first_step`.
     ///
-    /// What leaves a cycle is simulated over a thousand periods, a hundredth of the range beyond.
+    /// What leaves a cycle is simulated over a thousand periods, a hundredth of the range beyond, or
+    /// at its end.
     ///
     /// # Errors
     ///
@@ -46,7 +47,8 @@ impl Continuation {
                 _ => return Err(PeriodicError::Unstable),
             };
             let beyond = BEYOND * (self.range.end - self.range.start);
-            parameter = border.parameter + beyond.copysign(self.first_step);
+            let beyond = border.parameter + beyond.copysign(self.first_step);
+            parameter = beyond.clamp(self.range.start, self.range.end);
             match self.left(&system(parameter)?, &border.orbit)? {
                 Some(orbit) => guess = orbit.guess(),
                 None => return Ok(Some(border)),

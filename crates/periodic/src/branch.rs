@@ -31,7 +31,7 @@
 use core::ops::Range;
 
 use bristle::ode::System;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Named, ParameterError, Rule};
 use nalgebra::{Complex, DMatrix, DVector, SVector, Vector2};
 
 use crate::segments::{Cyclic, Equations, correct, scaled_rate, solve};
@@ -43,7 +43,7 @@ use crate::{Guess, Multiplier, Orbit, PeriodicError, Shooting};
 pub struct Continuation {
     /// The runs and iterations for each point.
     pub shooting: Shooting,
-    /// The branch ends where it leaves this range of the parameter.
+    /// The branch ends at the ends of this range of the parameter; no system is made beyond them.
     pub range: Range<f64>,
     /// The first step of the parameter, with its sign: in which direction the branch is followed.
     pub first_step: f64,
@@ -72,12 +72,15 @@ impl Continuation {
         }
     }
 
-    fn checked(&self) -> Result<f64, ParameterError> {
+    fn checked(&self, parameter: f64) -> Result<f64, ParameterError> {
         let Range { start, end } = self.range;
         Named("range.start", start).finite()?;
         Named("range.end", end).finite()?;
         Named("width of the range", end - start).positive()?;
-        Named("first_step", self.first_step.abs()).positive()?;
+        Named("parameter", parameter).between(start, end)?;
+        let is_step = Named("first_step", self.first_step.abs()).positive().is_ok();
+        let rule = "be of a magnitude between 1e-100 and 1e100, of either sign";
+        Named("first_step", self.first_step).stated(is_step, rule)?;
         Named("largest_step", self.largest_step).positive()?;
         Named("most_points", self.most_points).count(1)?;
         Ok(end - start)
@@ -119,7 +122,7 @@ pub struct BranchPoint<const N: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum BranchEnd {
-    /// It leaves the range of the parameter.
+    /// It leaves the range of the parameter: its last point is at an end of it.
     Range,
     /// It has as many points as were allowed.
     Points,
@@ -175,6 +178,7 @@ struct Problem<'a, F, const N: usize, const K: usize> {
     period: Forced<'a>,
     cyclic: Cyclic<N>,
     most_iterations: usize,
+    range: &'a Range<f64>,
     width: f64,
 }
 
@@ -183,9 +187,9 @@ impl Continuation {
     ///
     /// # Errors
     ///
-    /// Refuses a range that is empty, steps that are not positive, and whatever `system` refuses at
-    /// the start; [`PeriodicError`] if there is no cycle there. What ends the branch later is its
-    /// [`OrbitBranch::end`].
+    /// Refuses a range that is empty, a start outside it, steps of zero, and whatever `system`
+    /// refuses at the start; [`PeriodicError`] if there is no cycle there. What ends the branch
+    /// later is its [`OrbitBranch::end`].
     pub fn free<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: impl Fn(f64) -> Result<S, ParameterError>,
@@ -219,12 +223,12 @@ impl Continuation {
         parameter: f64,
         guess: Guess<N>,
     ) -> Result<OrbitBranch<N>, PeriodicError> {
-        let (width, most_iterations) = (self.checked()?, self.shooting.most_iterations);
+        let (width, most_iterations) = (self.checked(parameter)?, self.shooting.most_iterations);
         let first = system(parameter)?;
         let cyclic = self.shooting.cyclic(period.map(|_| 0.0), first.scales())?;
         let segments = cyclic.cut(&first, guess)?;
         let mut problem: Problem<'_, _, N, K> =
-            Problem { system, period, cyclic, most_iterations, width };
+            Problem { system, period, cyclic, most_iterations, range: &self.range, width };
         let mut upwards = DVector::zeros(segments.len() * (N + 1) + 1);
         upwards[segments.len() * (N + 1)] = 1.0;
         let start = Unknowns { segments, parameter: parameter / width };
@@ -243,7 +247,12 @@ impl Continuation {
             if points.len() >= self.most_points {
                 break BranchEnd::Points;
             }
-            let next = match problem.correct(&at.unknowns, &at.tangent, step) {
+            // Where the step leads to the end of the range, the parameter is given.
+            let left = problem.left(&at);
+            step = step.min(left);
+            let given = || &upwards * by_parameter(&at.tangent).signum();
+            let plane = if step < left { at.tangent.clone() } else { given() };
+            let next = match problem.correct(&problem.ahead(&at, step), &plane, step) {
                 Ok(next) => next,
                 Err(error) if step < SHORTEST || error == PeriodicError::TooManySteps => {
                     break BranchEnd::Lost(error);
@@ -257,13 +266,13 @@ impl Continuation {
             if points.last().is_some_and(|it| it.kind == PointKind::Hopf) {
                 break BranchEnd::Equilibrium;
             }
-            if !self.range.contains(&(next.unknowns.parameter * width)) {
-                break BranchEnd::Range;
-            }
             if self.stable_only && !next.orbit.is_stable() {
                 break BranchEnd::Unstable;
             }
             points.push(problem.point(&next, PointKind::Regular));
+            if step >= left {
+                break BranchEnd::Range;
+            }
             step = (step * GROWTH).min(self.largest_step);
             at = next;
         };
@@ -318,19 +327,41 @@ where
     S: System<f64, N, K>,
     F: Fn(f64) -> Result<S, ParameterError>,
 {
-    /// The point of the branch on the plane across a tangent, a step away from a point.
+    /// A parameter in its own unit. Refused outside the range, but for roundings.
+    fn inside(&self, parameter: f64) -> Result<f64, ParameterError> {
+        let (value, &Range { start, end }) = (parameter * self.width, self.range);
+        let inside = value.clamp(start, end);
+        let is_inside = (value - inside).abs() <= 1e-12 * (value.abs() + self.width);
+        let rule = Rule::Between { least: start, most: end };
+        Named("parameter", value).check(is_inside, rule).map(|_| inside)
+    }
+
+    /// How far the end of the range is along the tangent.
+    fn left(&self, from: &Found<N>) -> f64 {
+        let along = by_parameter(&from.tangent);
+        let end = if along < 0.0 { self.range.start } else { self.range.end };
+        (end / self.width - from.unknowns.parameter) / along
+    }
+
+    /// A step along the tangent from a point.
+    fn ahead(&self, from: &Found<N>, step: f64) -> Unknowns<N> {
+        let mut at = from.unknowns.clone();
+        at.add(&(&from.tangent * step), &self.cyclic.runs.scales);
+        at
+    }
+
+    /// The point of the branch on the plane across a tangent, near one a step away from another.
     fn correct(
         &self,
-        from: &Unknowns<N>,
+        near: &Unknowns<N>,
         tangent: &DVector<f64>,
         step: f64,
     ) -> Result<Found<N>, PeriodicError> {
-        let mut at = from.clone();
-        at.add(&(tangent * step), &self.cyclic.runs.scales);
+        let mut at = near.clone();
         let (mut off, weights) = (DVector::zeros(tangent.len()), self.weights(tangent.len()));
         let mut newton = Newton::new(self.most_iterations, CLOSE);
         loop {
-            let system = (self.system)(at.parameter * self.width)?;
+            let system = (self.system)(self.inside(at.parameter)?)?;
             let (found, matrix) = self.equations(&system, &mut at, tangent)?;
             let correction = solve(matrix.clone(), &found.right)?;
             if newton.is_over(correction.norm())? {
@@ -348,7 +379,7 @@ where
                 if self.cyclic.is_uneven(&found.flows) {
                     // The same tangent at other states: it changes T and p alike.
                     let before = at.whole(&tangent);
-                    at.segments = self.cyclic.recut(at.segments[0].state, &found.flows);
+                    at.segments = self.cyclic.recut(at.segments[0].state, &found.flows)?;
                     tangent = self.tangent(self.equations(&system, &mut at, &tangent)?.1)?;
                     tangent *= at.whole(&tangent).dot(&before).signum();
                 }
@@ -389,11 +420,13 @@ where
         at: &mut Unknowns<N>,
         tangent: &DVector<f64>,
     ) -> Result<(Equations<N>, DMatrix<f64>), PeriodicError> {
-        let beside = at.parameter + DIFFERENCE;
-        let other = (self.system)(beside * self.width)?;
+        let above = at.parameter + DIFFERENCE;
+        let difference = if self.inside(above).is_ok() { DIFFERENCE } else { -DIFFERENCE };
+        let [place, beside] = [self.inside(at.parameter)?, self.inside(at.parameter + difference)?];
+        let other = (self.system)(beside)?;
         let mut longer = 1.0;
         if let Some(forced) = self.period {
-            let [period, later] = [at.parameter, beside].map(|it| forced(it * self.width));
+            let [period, later] = [place, beside].map(forced);
             let now: f64 = at.segments.iter().map(|it| it.period).sum();
             at.segments.iter_mut().for_each(|it| it.period *= period / now);
             longer = later / period;
@@ -414,10 +447,10 @@ where
             };
             let moved = self.cyclic.runs.end(&other, (longer * time, state), later)? - flow.end;
             // ∂τ/∂p over τ: the end is followed to where the motion arrives, which is less curved.
-            let slower = (later / period - 1.0) / DIFFERENCE;
+            let slower = (later / period - 1.0) / difference;
             let row = index * (N + 1);
             for i in 0..N {
-                let moved = moved[i] / self.cyclic.runs.scales[i] / DIFFERENCE;
+                let moved = moved[i] / self.cyclic.runs.scales[i] / difference;
                 matrix[(row + i, last)] = moved - matrix[(row + i, row + N)] * slower;
             }
             if self.period.is_some() {
@@ -433,7 +466,7 @@ where
     fn half(&self, found: &Found<N>) -> Result<Option<Unknowns<N>>, PeriodicError> {
         let (scales, parameter) = (&self.cyclic.runs.scales, found.unknowns.parameter);
         let (state, period) = (found.orbit.start, 0.5 * found.orbit.period);
-        let system = (self.system)(parameter * self.width)?;
+        let system = (self.system)(self.inside(parameter)?)?;
         let middle = self.cyclic.runs.end(&system, (0.0, state), period)?;
         let rate = |state: &SVector<f64, N>| scaled_rate(&system, scales, 0.0, state);
         let is_odd = |state: SVector<f64, N>| {
@@ -480,7 +513,8 @@ where
             let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             // Where branches cross, Newton's equations are singular: beside it, then.
             let beside = [place, 0.5 * (low.0 + place), 0.5 * (place + high.0)];
-            let correct = |at| Some((at, self.correct(&from.unknowns, &from.tangent, at).ok()?));
+            let correct =
+                |at| Some((at, self.correct(&self.ahead(from, at), &from.tangent, at).ok()?));
             let Some((place, found)) = beside.into_iter().find_map(correct) else { break };
             let new = end(place, &found);
             // Illinois: the end that stays counts half.

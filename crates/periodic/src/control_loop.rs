@@ -24,7 +24,10 @@
 use bristle::ode::{Linearisation, System};
 use bristle::parameter::{Named, ParameterError};
 use bristle::{Branch, Bristle, Contact, Mechanism};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+use crate::multipliers::{multipliers, without_one};
 
 /// Gains of a controller: P, PI, PD or PID, on the position error of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +67,13 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
         core::f64::consts::TAU * (self.mechanism.mass / stiffness).sqrt()
     }
 
+    /// The deflection of the bristle at breakaway \[m\], and the force on it \[N\].
+    pub(crate) fn breakaway(&self) -> [f64; 2] {
+        let deflection = self.contact.limits(0.0).deflection.unwrap_or(1e-6);
+        let stiffness = self.contact.model().storage_stiffness() * self.contact.reference_load();
+        [deflection, stiffness * deflection]
+    }
+
     /// The parameters if each is in its range.
     pub(crate) fn checked(self) -> Result<Self, ParameterError> {
         self.mechanism.checked()?;
@@ -80,9 +90,19 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
             let in_range = value == 0.0 || Named(name, value).positive().is_ok();
             Named(name, value).stated(in_range, "be zero, or lie between 1e-100 and 1e100")?;
         }
+        // The scales of the motion, with room for tolerances.
+        let force = self.breakaway()[1];
+        let stiffness = proportional + self.mechanism.spring_stiffness;
+        let per_stiffness = "breakaway force / (proportional + spring_stiffness)";
+        Named(per_stiffness, force / stiffness).between(1e-80, 1e80)?;
+        let per_integral = if integral > 0.0 { force / integral } else { 1.0 };
+        Named("breakaway force / integral", per_integral).between(1e-80, 1e80)?;
         Ok(self)
     }
 }
+
+/// What plays no part decays by this power of e over a sample.
+const QUICK: f64 = 100.0;
 
 /// A position loop around a mass with friction: a [`System`] with 4 states in continuous time, 5
 /// with a filter of the velocity, 6 between the samples of a controller, where the last three do
@@ -199,9 +219,41 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
         Self { frictionless: by_state, parameters }
     }
 
-    /// The Jacobian of all but friction.
-    pub(crate) fn frictionless(&self) -> &SMatrix<f64, N, N> {
-        &self.frictionless
+    /// Largest real parts ln |μ|/h about rest, and without friction [1/s], from the multipliers μ over
+    /// a sample, or over a period of the swing, and less if μ is too large a number; zero within
+    /// roundings.
+    pub(crate) fn abscissas(
+        &self,
+        samples: Option<(f64, SMatrix<f64, N, N>)>,
+    ) -> Result<(f64, f64), ParameterError> {
+        let (longest, jump) =
+            samples.unwrap_or_else(|| (self.parameters.swing(), SMatrix::identity()));
+        let over = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize], is_rest: bool| {
+            let largest = |h: f64| {
+                for &state in unused {
+                    dynamics[(state, state)] = -QUICK / h;
+                }
+                let mut flow = DMatrix::from_column_slice(N, N, (dynamics * h).as_slice());
+                if samples.is_none() {
+                    balance_parlett_reinsch(&mut flow);
+                }
+                flow = flow.exp();
+                let all = multipliers(&[SMatrix::from_column_slice(flow.as_slice()) * jump])?;
+                // A mass rests at any deflection that the controller balances: one multiplier is 1.
+                let all = if is_rest { without_one(&all) } else { all.to_vec() };
+                let first = all.first().filter(|it| it.log_modulus < f64::INFINITY)?;
+                Some(if first.is_neutral() { 0.0 } else { first.log_modulus / h })
+            };
+            let lengths = if samples.is_some() { 1 } else { 100 };
+            (0..lengths).map(|tenths| longest * 0.1_f64.powi(tenths)).find_map(largest)
+        };
+        let integrates = self.parameters.controller.integral > 0.0;
+        let stuck = self.linearised(0.0, &SVector::zeros(), [Branch::Free]);
+        let stuck = stuck.map_or_else(SMatrix::zeros, |linearised| linearised.by_state);
+        let rest = over(stuck, if integrates { &[] } else { &[3] }, true);
+        let large = over(self.frictionless, if integrates { &[2] } else { &[2, 3] }, false);
+        let finite = |name, found: Option<f64>| Named(name, found.unwrap_or(f64::NAN)).number();
+        Ok((finite("rest_abscissa", rest)?, finite("large_abscissa", large)?))
     }
 }
 
@@ -240,10 +292,9 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
     /// The position error that the controller does not feel at breakaway, and what the mass does
     /// from there.
     fn scales(&self) -> SVector<f64, N> {
-        let ControlLoopParameters { contact, mechanism, controller } = &self.parameters;
+        let ControlLoopParameters { mechanism, controller, .. } = &self.parameters;
         let stiffness = controller.proportional + mechanism.spring_stiffness;
-        let deflection = contact.limits(0.0).deflection.unwrap_or(1e-6);
-        let force = contact.model().storage_stiffness() * contact.reference_load() * deflection;
+        let [deflection, force] = self.parameters.breakaway();
         let (position, rate) = (force / stiffness, (stiffness / mechanism.mass).sqrt());
         // The integral that breaks the mass loose.
         let wait = if controller.integral > 0.0 { stiffness / controller.integral } else { 1.0 };

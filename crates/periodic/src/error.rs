@@ -49,6 +49,9 @@ pub enum PeriodicError {
          short"
     )]
     DoesNotRepeat,
+    /// The motion of a loop grows.
+    #[error("the motion grows beyond all bounds")]
+    Grows,
 }
 
 impl<const N: usize> From<Failure<f64, N>> for PeriodicError {

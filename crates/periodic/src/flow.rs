@@ -33,9 +33,6 @@ use nalgebra::{SMatrix, SVector};
 use crate::PeriodicError;
 use crate::segments::scaled_rate;
 
-/// Parts of a step, at most.
-const MOST_PARTS: f64 = 1e4;
-
 /// Length of a part over the time constant of the quickest motion: hunting then has its multipliers
 /// to 10⁻⁶.
 const LONGEST: f64 = 0.5;
@@ -74,7 +71,7 @@ pub(crate) struct Runs<const N: usize> {
     tolerance: f64,
     /// The scales of the states: of one branch the same throughout.
     pub(crate) scales: SVector<f64, N>,
-    /// Steps that may still be taken.
+    /// Steps, and parts of them, that may still be taken.
     left: Cell<u64>,
     /// How often a state x jumps to J x \[s\], first at the start of a run, and J.
     pub(crate) samples: Option<(f64, SMatrix<f64, N, N>)>,
@@ -103,6 +100,13 @@ impl<const N: usize> Runs<N> {
         run.map_err(|failed| (*failed).into())
     }
 
+    /// Counts steps beside those of runs.
+    fn spend(&self, steps: f64) -> Result<(), PeriodicError> {
+        let left = self.left.get().checked_sub(steps as u64).ok_or(PeriodicError::TooManySteps)?;
+        self.left.set(left);
+        Ok(())
+    }
+
     /// A run with its derivatives over a duration > 0. If there are samples, over the whole number
     /// of them that is nearest, and along the rate from there on.
     pub(crate) fn flow<S: System<f64, N, K>, const K: usize>(
@@ -111,6 +115,7 @@ impl<const N: usize> Runs<N> {
         (start_time, start): (f64, SVector<f64, N>),
         duration: f64,
     ) -> Result<Flow<N>, PeriodicError> {
+        Named("period", duration).positive()?;
         let (scales, mut end) = (self.scales, start);
         let (mut factors, mut steps) = (Factors { list: Vec::new(), turned: 0.0 }, Vec::new());
         let part = self.samples.map_or(duration, |(time, _)| time);
@@ -124,7 +129,7 @@ impl<const N: usize> Runs<N> {
             let (span, mut failed) = (part_start..part_start + part, Ok(()));
             let mut observer = |step: &Step<f64, N>| {
                 steps.push((step.end_time() - step.start_time(), *step.end()));
-                failed = append(system, step, &scales, &mut factors);
+                failed = append(system, step, self, &mut factors);
                 if failed.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             };
             let run = self.solver(part)?.stream(system, span, end, &[], &mut observer);
@@ -203,7 +208,7 @@ impl<const N: usize> Factors<N> {
 fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
     system: &S,
     step: &Step<f64, N>,
-    scales: &SVector<f64, N>,
+    runs: &Runs<N>,
     factors: &mut Factors<N>,
 ) -> Result<(), PeriodicError> {
     let (start, length) = (step.start_time(), step.end_time() - step.start_time());
@@ -217,13 +222,12 @@ fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
         let state = step.at_fraction(fraction);
         let linearised = system.linearised(start + fraction * length, &state, branches);
         let by_state = linearised.ok_or(PeriodicError::NoDerivatives)?.by_state;
-        Ok(SMatrix::from_fn(|i, j| by_state[(i, j)] * scales[j] / scales[i]))
+        Ok(SMatrix::from_fn(|i, j| by_state[(i, j)] * runs.scales[j] / runs.scales[i]))
     };
     let turned = largest_rate(&jacobian(0.5)?) * length;
     let parts = (turned / LONGEST).ceil().max(1.0);
-    // A step this long is that of a run at a constant velocity: no multiplier of it has digits.
-    let parts =
-        Named("half time constants in a step of the run", parts).between(1.0, MOST_PARTS)?;
+    // Each costs as much as a step.
+    runs.spend(parts)?;
     let gauss = 0.5 * 0.6_f64.sqrt();
     for part in 0..parts as usize {
         let node = |offset: f64| jacobian((part as f64 + 0.5 + offset) / parts);

@@ -21,14 +21,13 @@ use core::fmt;
 use core::num::NonZero;
 use std::thread;
 
+use bristle::Bristle;
 use bristle::companion::VelocityHistory;
 use bristle::number::Number;
-use bristle::ode::{Automatic, Direction, Event, Solver, System, Tolerances};
+use bristle::ode::{Automatic, Direction, Event, Solver, StopReason, System, Tolerances};
 use bristle::parameter::Named;
-use bristle::{Branch, Bristle};
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
-use crate::multipliers::{multipliers, without_one};
 use crate::{
     ControlLoop, ControlLoopParameters, Guess, Multiplier, Orbit, PeriodicError, Pid, Shooting,
 };
@@ -118,11 +117,10 @@ impl Slips {
         start: f64,
         duration: f64,
     ) -> Self {
-        let deflection = of.contact.limits(0.0).deflection.unwrap_or(1e-6);
-        let bristle = of.contact.model().storage_stiffness() * of.contact.reference_load();
-        let far = FAR * start.abs().max(bristle * deflection / of.controller.proportional);
+        let [deflection, force] = of.breakaway();
+        let far = FAR * start.abs().max(force / of.controller.proportional);
         let stiffness = of.controller.proportional + of.mechanism.spring_stiffness;
-        let creep = (bristle + stiffness) / of.controller.integral;
+        let creep = (force / deflection + stiffness) / of.controller.integral;
         let creep = if of.controller.integral > 0.0 { creep } else { 0.0 };
         Self {
             least: SLIP * deflection,
@@ -228,17 +226,28 @@ fn continuous<M: Bristle<f64, Deflection = f64>, const N: usize>(
     let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(10_000_000);
     let mut slips = Slips::new(system.parameters(), start, duration);
     let mut run = solver.begin(system, 0.0..slips.end(), system.displaced(start))?;
-    while let Some(step) = run.advance()? {
+    loop {
+        let step = match run.advance() {
+            Ok(Some(step)) => step,
+            Ok(None) => return Ok(slips.outcome()),
+            Err(failure) => {
+                let is_lost = matches!(failure.reason, StopReason::NotFinite { .. });
+                let grows = is_lost && system.abscissas(None)?.1 > 0.0;
+                return if grows { Ok(Outcome::Grows) } else { Err(failure.into()) };
+            }
+        };
         if let Some(known) = slips.push(step.end_time(), step.end()[0], step.end()[1]) {
             return Ok(known);
         }
     }
-    Ok(slips.outcome())
 }
 
 /// Longest companion step of a sampled loop \[s\], over the time constant of the mass on its
 /// bristles.
 const COMPANION_STEP: f64 = 0.25;
+
+/// Companion steps of a simulation, at most: they take some ten seconds.
+const MOST_STEPS: u64 = 100_000_000;
 
 /// The states of a sampled loop after a duration \[s\] from rest at a distance from the target
 /// \[m\], or at the sample after an observer of time, position and velocity says so.
@@ -257,8 +266,11 @@ fn sampled<M: Bristle<f64, Deflection = f64>>(
     let h = sample_time / parts;
     let mut state = system.displaced(start);
     let mut history = VelocityHistory::new(0.0);
-    let samples = Named("samples", duration / sample_time).between(1.0, 1e9)?.ceil();
-    for sample in 0..samples as u64 {
+    let samples = (duration / sample_time).ceil() as u64;
+    for sample in 0..samples {
+        if sample >= MOST_STEPS / parts as u64 {
+            return Err(PeriodicError::TooManySteps);
+        }
         state = jump * state;
         let mut stopped = false;
         for part in 0..parts as u32 {
@@ -298,6 +310,8 @@ pub struct HuntingReport {
     /// one that is 1; none if the simulation has not come close to it. That of a sampled loop is
     /// found as [`Shooting::sampled`] says.
     pub cycle: Option<(HuntingCycle, Vec<Multiplier>)>,
+    /// Why a start hunts, and the cycle was not found.
+    pub no_cycle: Option<PeriodicError>,
     /// Whether the cycle of a sampled loop is no whole number of samples long. It is quasi-periodic
     /// then, and its multipliers are those of the samples next to a period.
     pub is_quasi_periodic: bool,
@@ -330,7 +344,10 @@ impl fmt::Display for HuntingReport {
                 Outcome::Hunts(cycle) => writeln!(f, "  HUNTS, {cycle}")?,
             }
         }
-        let Some((cycle, multipliers)) = &self.cycle else { return Ok(()) };
+        let Some((cycle, multipliers)) = &self.cycle else {
+            let line = |why| writeln!(f, "its cycle      not found: {why}");
+            return self.no_cycle.map_or(Ok(()), line);
+        };
         let slowest = multipliers.first().filter(|it| !it.is_neutral());
         let slowest = slowest.map_or(0.0, |it| it.log_modulus);
         let stable = verdict(slowest, ["stable", "unstable"]);
@@ -368,16 +385,16 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
     let Pid { sample_time, filter_time, .. } = parameters.controller;
     if sample_time > 0.0 {
         let system = ControlLoop::sampled(parameters.clone())?;
-        let cycle = start.and_then(|start| sampled_hunting_orbit(&system, start, duration).ok());
-        Ok(report(&system, outcomes, cycle, Some(system.samples())))
+        let cycle = start.map(|start| sampled_hunting_orbit(&system, start, duration));
+        report(&system, outcomes, cycle, Some(system.samples()))
     } else if filter_time > 0.0 {
         let system = ControlLoop::filtered(parameters.clone())?;
-        let cycle = start.and_then(|start| hunting_orbit(&system, start, duration).ok());
-        Ok(report(&system, outcomes, cycle, None))
+        let cycle = start.map(|start| hunting_orbit(&system, start, duration));
+        report(&system, outcomes, cycle, None)
     } else {
         let system = ControlLoop::new(parameters.clone())?;
-        let cycle = start.and_then(|start| hunting_orbit(&system, start, duration).ok());
-        Ok(report(&system, outcomes, cycle, None))
+        let cycle = start.map(|start| hunting_orbit(&system, start, duration));
+        report(&system, outcomes, cycle, None)
     }
 }
 
@@ -386,21 +403,43 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
 fn report<M: Bristle<f64, Deflection = f64>, const N: usize>(
     system: &ControlLoop<M, N>,
     outcomes: Vec<(f64, Outcome)>,
-    orbit: Option<Orbit<N>>,
+    orbit: Option<Result<Orbit<N>, PeriodicError>>,
     samples: Option<(f64, SMatrix<f64, N, N>)>,
-) -> HuntingReport {
-    let (rest_abscissa, large_abscissa) = abscissas(system, samples);
-    let cycle = orbit.and_then(|orbit| {
-        let mut search = Shooting::default().cyclic(None, system.scales()).ok()?;
+) -> Result<HuntingReport, PeriodicError> {
+    let (rest_abscissa, large_abscissa) = system.abscissas(samples)?;
+    let cycle = orbit.map(|orbit| {
+        let (orbit, mut search) = (orbit?, Shooting::default().cyclic(None, system.scales())?);
         search.runs.samples = samples;
-        let flow = search.runs.flow(system, (0.0, orbit.start), orbit.period).ok()?;
+        let flow = search.runs.flow(system, (0.0, orbit.start), orbit.period)?;
         let places = flow.steps.iter().map(|step| step.1[0]);
         let most = places.clone().fold(orbit.start[0], f64::max);
         let amplitude = 0.5 * (most - places.fold(orbit.start[0], f64::min));
-        Some((HuntingCycle { amplitude, period: orbit.period }, orbit.transverse()))
+        Ok((HuntingCycle { amplitude, period: orbit.period }, orbit.transverse()))
     });
-    let is_quasi_periodic = samples.is_some() && orbit.is_some_and(|orbit| !orbit.forced);
-    HuntingReport { rest_abscissa, large_abscissa, outcomes, cycle, is_quasi_periodic }
+    let (cycle, no_cycle) = cycle.map_or((None, None), |it| (it.as_ref().ok().cloned(), it.err()));
+    let is_free = orbit.is_some_and(|orbit| orbit.is_ok_and(|orbit| !orbit.forced));
+    let is_quasi_periodic = samples.is_some() && is_free;
+    Ok(HuntingReport {
+        rest_abscissa,
+        large_abscissa,
+        outcomes,
+        cycle,
+        no_cycle,
+        is_quasi_periodic,
+    })
+}
+
+/// The cycle in which a simulation ends.
+fn simulated<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+    start: f64,
+    duration: f64,
+) -> Result<HuntingCycle, PeriodicError> {
+    match system.parameters().outcome(start, duration)? {
+        Outcome::Hunts(cycle) => Ok(cycle),
+        Outcome::Rests => Err(PeriodicError::DoesNotRepeat),
+        Outcome::Grows => Err(PeriodicError::Grows),
+    }
 }
 
 /// After so many periods a motion has come close to its cycle.
@@ -411,17 +450,14 @@ const SETTLED: f64 = 100.0;
 ///
 /// # Errors
 ///
-/// As [`Shooting::sampled`]; [`PeriodicError::DoesNotRepeat`] if the motion rests or grows.
+/// As [`Shooting::sampled`]; [`PeriodicError::DoesNotRepeat`] if the motion rests,
+/// [`PeriodicError::Grows`] if it grows.
 pub fn sampled_hunting_orbit<M: Bristle<f64, Deflection = f64>>(
     system: &ControlLoop<M, 6>,
     start: f64,
     duration: f64,
 ) -> Result<Orbit<6>, PeriodicError> {
-    let Outcome::Hunts(HuntingCycle { period, .. }) =
-        system.parameters().outcome(start, duration)?
-    else {
-        return Err(PeriodicError::DoesNotRepeat);
-    };
+    let HuntingCycle { period, .. } = simulated(system, start, duration)?;
     let mut slips = Slips::new(system.parameters(), start, duration);
     let state = sampled(system, start, 2.0 * SETTLED * period, |time, x, v| {
         slips.push(time, x, v);
@@ -434,48 +470,19 @@ pub fn sampled_hunting_orbit<M: Bristle<f64, Deflection = f64>>(
     Shooting::default().sampled(system, system.samples(), Guess { state, period })
 }
 
-/// What plays no part decays by this power of e over a sample.
-const QUICK: f64 = 100.0;
-
-/// Largest real parts ln |μ|/h about rest, and without friction [1/s], from the multipliers μ over
-/// a sample, or over a period of the swing; zero within roundings.
-fn abscissas<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
-    samples: Option<(f64, SMatrix<f64, N, N>)>,
-) -> (f64, f64) {
-    let (h, jump) = samples.unwrap_or_else(|| (system.parameters().swing(), SMatrix::identity()));
-    let over = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize]| {
-        for &state in unused {
-            dynamics[(state, state)] = -QUICK / h;
-        }
-        let flow = DMatrix::from_column_slice(N, N, (dynamics * h).as_slice()).exp();
-        multipliers(&[SMatrix::from_column_slice(flow.as_slice()) * jump])
-    };
-    let largest = |all: &[Multiplier]| match all {
-        [first, ..] if first.is_neutral() => 0.0,
-        _ => all.first().map_or(f64::NAN, |first| first.log_modulus / h),
-    };
-    let integrates = system.parameters().controller.integral > 0.0;
-    let stuck = system.linearised(0.0, &SVector::zeros(), [Branch::Free]);
-    let stuck = stuck.map_or_else(SMatrix::zeros, |linearised| linearised.by_state);
-    // A mass rests at any deflection that the controller balances: one multiplier is 1.
-    let rest = over(stuck, if integrates { &[] } else { &[3] }).map(|all| without_one(&all));
-    let large = over(*system.frictionless(), if integrates { &[2] } else { &[2, 3] });
-    (largest(&rest.unwrap_or_default()), large.map_or(f64::NAN, |all| largest(&all)))
-}
-
 /// The cycle that the motion from rest at a distance from the target \[m\] approaches within a
 /// duration \[s\]: a start of which [`hunting`] says that it hunts.
 ///
 /// # Errors
 ///
-/// [`PeriodicError::DoesNotRepeat`] from a start that rests; else as [`Shooting::settle`] and
-/// [`Shooting::free`].
+/// [`PeriodicError::DoesNotRepeat`] if the motion rests, [`PeriodicError::Grows`] if it grows; else
+/// as [`Shooting::settle`] and [`Shooting::free`].
 pub fn hunting_orbit<M: Bristle<f64, Deflection = f64>, const N: usize>(
     system: &ControlLoop<M, N>,
     start: f64,
     duration: f64,
 ) -> Result<Orbit<N>, PeriodicError> {
+    simulated(system, start, duration)?;
     let position = |_: f64, state: &SVector<f64, N>| state[0];
     let target = Event { function: &position, direction: Direction::Rising, stops: false };
     let shooting = Shooting::default();

@@ -17,6 +17,7 @@
 
 use bristle::Branch;
 use bristle::ode::{Direction, Event, Occurrence, System};
+use bristle::parameter::{Named, ParameterError};
 use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::flow::{Flow, Runs};
@@ -53,15 +54,20 @@ impl<const N: usize> Cyclic<N> {
         system: &S,
         guess: Guess<N>,
     ) -> Result<Vec<Guess<N>>, PeriodicError> {
+        Named("period", guess.period).positive()?;
         if self.count == 1 {
             return Ok(vec![guess]);
         }
         let flow = self.runs.flow(system, (self.start_time, guess.state), guess.period)?;
-        Ok(self.recut(guess.state, &[flow]))
+        Ok(self.recut(guess.state, &[flow])?)
     }
 
     /// Runs from a state, cut into segments with about as many of their steps in each.
-    pub(crate) fn recut(&self, start: SVector<f64, N>, runs: &[Flow<N>]) -> Vec<Guess<N>> {
+    pub(crate) fn recut(
+        &self,
+        start: SVector<f64, N>,
+        runs: &[Flow<N>],
+    ) -> Result<Vec<Guess<N>>, ParameterError> {
         let steps = || runs.iter().flat_map(|run| &run.steps);
         // Between equal times and equal numbers of steps: those behind a reversal are short.
         let share = steps().map(|step| step.0.sqrt()).sum::<f64>() / self.count as f64;
@@ -75,8 +81,11 @@ impl<const N: usize> Cyclic<N> {
                 (state, period) = (end, 0.0);
             }
         }
+        let is_enough = period > 0.0 && segments.len() + 1 == self.count;
+        let rule = "be less: the run over a period has too few steps for as many";
+        Named("segments", self.count as f64).stated(is_enough, rule)?;
         segments.push(Guess { state, period });
-        segments
+        Ok(segments)
     }
 
     /// Whether some segment has far more or fewer steps than others.

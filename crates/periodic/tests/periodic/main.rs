@@ -4,6 +4,7 @@
 
 mod branches;
 mod orbits;
+mod refusals;
 mod sampled;
 mod special;
 
@@ -53,6 +54,16 @@ fn hunting_loop() -> ControlLoopParameters<Model> {
             filter_time: 0.0,
             sample_time: 0.0,
         },
+    }
+}
+
+/// A stiff loop of 5 kg, which hunts with a period of 0.952564 s.
+fn stiff_loop() -> ControlLoopParameters<Model> {
+    let (proportional, integral, derivative) = (5e3, 1e5, 200.0);
+    ControlLoopParameters {
+        contact: friction([12.0, 8.0, 5e-3, 20.0], [6e5, 1700.0]),
+        mechanism: Mechanism { mass: 5.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+        controller: Pid { proportional, integral, derivative, ..hunting_loop().controller },
     }
 }
 

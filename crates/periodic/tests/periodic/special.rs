@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Matrix4, SMatrix, SVector, Vector2, Vector4};
 use super::{bristle, curve, hunting_loop, rig, stick_slip};
 
 /// ẋ = f(x) with its derivatives, without friction.
-struct Field<F>(F);
+pub(crate) struct Field<F>(pub(crate) F);
 
 impl<F, const N: usize> System<f64, N, 0> for Field<F>
 where
