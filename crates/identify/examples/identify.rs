@@ -69,6 +69,7 @@ fn main() -> ExitCode {
                  behind, …",
             )
             .text("loss", "squares", "squares, huber or tukey")
+            .text("criterion", "simulated", "of the last search: simulated or inverse")
             .count("runs", 200, "most runs with derivatives of a model")
             .must_be(Rule::AtLeast(1.0))
             .parse()?;
@@ -182,8 +183,14 @@ fn search(
         "tukey" => Loss::Tukey,
         other => return Err(format!("--loss has no {other:?}").into()),
     };
+    let horizons = match arguments.text("criterion") {
+        "simulated" => Vec::new(),
+        "inverse" => vec![0.0],
+        other => return Err(format!("--criterion has no {other:?}").into()),
+    };
     let gradient_runs = arguments.count("runs");
-    let settings = Settings { loss, gradient_runs, ..Settings::default() };
+    let settings = Settings { loss, gradient_runs, horizons, ..Settings::default() };
+    let files = fitted;
     let [fitted, held_out] = [fitted, held_out].map(logs::logs);
     let parts = models.len() * gradient_runs;
     let mut bar = bristle_charts::Progress::new("runs, of at most", parts);
@@ -194,15 +201,29 @@ fn search(
     let fit = if let [model] = models {
         let fit = mechanism::fit_joint(joint, model, &fitted, &held_out, &settings, &mut watch)?;
         bar.reach(parts);
-        println!("{fit}");
+        println!("{}", with_files(&fit.to_string(), files));
         fit
     } else {
         let found = mechanism::compare(joint, models, &fitted, &held_out, &settings, &mut watch)?;
         bar.reach(parts);
-        println!("{found}");
+        println!("{}", with_files(&found.to_string(), files));
         found.named().ok_or("no search has converged")?.clone()
     };
     Ok(fit)
+}
+
+/// A report whose remarks name the files in place of the numbers of the logs.
+fn with_files(report: &str, files: &[Named]) -> String {
+    let line = |line: &str| {
+        let rest = line.strip_prefix("log ").unwrap_or_default();
+        let number = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        let place = rest[..rest.len() - number.len()].parse::<usize>().ok();
+        match place.and_then(|place| files.get(place)) {
+            Some(Named { name, .. }) => format!("{name}{number}\n"),
+            None => format!("{line}\n"),
+        }
+    };
+    report.lines().map(line).collect()
 }
 
 fn print_error(part: &str, name: &str, score: &Score) {
@@ -225,14 +246,9 @@ fn report(
         "translation" => "m",
         _ => "rad",
     };
-    let columns = held_out.len().clamp(1, 2);
-    let mut figure =
-        Figure::new(860, 60 + 230 * held_out.len().min(PANELS).div_ceil(columns) as u32)
-            .title(format!(
-                "Position of logs that were not fitted, and of the model {}",
-                fit.friction
-            ))
-            .columns(columns);
+    let title = format!("Position of logs that were not fitted, and of the model {}", fit.friction);
+    let height = 60 + 230 * held_out.len().clamp(1, PANELS) as u32;
+    let mut figure = Figure::new(860, height).title(title).columns(2);
     println!("simulated position: mean size of the error, rmse over the motion");
     let groups =
         [("fitted", fitted, Some(&fit.fitted)), ("held out", held_out, fit.held_out.as_ref())];
@@ -257,7 +273,14 @@ fn report(
                     .title(title)
                     .line("measured", Colour::Orange.width(4.0), line(log.positions()))
                     .line("simulated", Colour::Blue.width(1.2), line(&simulated));
-                figure = figure.panel(panel);
+                let errors = simulated.iter().zip(log.positions()).map(|(x, y)| x - y);
+                let errors = line(&errors.collect::<Vec<f64>>());
+                let beside = Panel::new("time t (s)", format!("error ({length})")).line(
+                    "simulated less measured",
+                    Colour::Blue.width(1.2),
+                    errors,
+                );
+                figure = figure.panel(panel).panel(beside);
             }
         }
         print_error(part, "all", &all.simulated);

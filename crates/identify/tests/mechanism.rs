@@ -668,6 +668,24 @@ fn an_offset_and_a_ratio_of_directions_are_told_apart_or_refused() {
     assert!(found.to_string().contains("leave one of them out"), "{found}");
 }
 
+/// Where positions matter less than torques. The least of the torque errors is below those of a
+/// fit to positions.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn the_inverse_criterion_can_be_the_last() {
+    let logs = logs(3, true);
+    let settings = Settings { horizons: vec![0.0], ..Settings::default() };
+    let found = fitted(Friction::dahl().loaded(), &pendulum(), &logs, &settings);
+    let simulated = dahl(&pendulum(), &logs).unwrap().fitted.all.inverse.rmse;
+    assert!(found.horizon == 0.0 && found.fit.rmse < simulated, "{simulated}\n{found}");
+    // Smoothed derivatives miss some of the peaks.
+    assert_near(&found, &NAMES[..3], &TRUTH, 0.1);
+    let candidates = [Friction::coulomb().loaded(), Friction::dahl().loaded()];
+    let found =
+        mechanism::compare(&pendulum(), &candidates, &logs, &[], &settings, &mut go_on).unwrap();
+    assert_eq!(found.named().unwrap().friction, candidates[1], "{found}");
+}
+
 /// Whatever a search likes: a candidate with all parameters of another explains no less.
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]

@@ -49,8 +49,9 @@ pub struct Comparison {
     pub fits: Vec<JointFit>,
     /// Candidates that were refused, and why.
     pub refused: Vec<(Friction, ParameterError)>,
-    /// Mean square of the position of logs that were left out \[rad²\], and its standard error, for
-    /// each candidate that was fitted; NaN where its search has not converged.
+    /// Mean square of the position of logs that were left out \[rad²\], of the torque [N² m²] where
+    /// that was fitted, and its standard error, for each candidate; NaN where its search has not
+    /// converged.
     pub left_out: Vec<[f64; 2]>,
     /// Place of the candidate with the least of them.
     pub best: Option<usize>,
@@ -148,7 +149,7 @@ fn squares_left_out(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Vec<f64>, ParameterError> {
     let table = &fit.model.table;
-    let mut errors = Errors::new(&fit.model, logs, Criterion::Segments(horizon));
+    let mut errors = Errors::new(&fit.model, logs, Criterion::over(horizon));
     let mut parameters = table.parameters.clone();
     begin_at(&mut parameters, &fit.fit.values());
     let (iterations, tolerance) = (settings.gradient_runs, 10.0 * settings.tolerance);

@@ -35,6 +35,13 @@ pub(super) enum Criterion {
     Segments(f64),
 }
 
+impl Criterion {
+    /// Segments of a length; the inverse criterion for zero.
+    pub(super) fn over(length: f64) -> Self {
+        if length == 0.0 { Self::Inverse } else { Self::Segments(length) }
+    }
+}
+
 /// The residuals of a model along logs.
 #[derive(Debug, Clone)]
 pub(super) struct Errors<'a> {

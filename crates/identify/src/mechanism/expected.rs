@@ -176,7 +176,7 @@ impl Stages<'_> {
     /// of the residuals as far as noise does not explain them: s² + (1 − 2 σ_n²/σ²)₊ s_r². It is
     /// twice the squares σ_n² that noise leaves, because those of a simulated log scatter as much.
     pub(super) fn know_noise(&mut self, fit: &mut Fit) -> Result<(), ParameterError> {
-        if fit.outcome == SearchOutcome::Stopped || self.horizon() == 0.0 {
+        if fit.outcome == SearchOutcome::Stopped {
             return Ok(());
         }
         let values = fit.values();

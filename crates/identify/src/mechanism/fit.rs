@@ -32,9 +32,9 @@ use bristle::parameter::{Named, ParameterError};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Lengths of the segments \[s\] that are fitted one after the other, growing; infinite for
-    /// whole logs. The last one decides. Empty for a thirtieth and a sixth of the longest log, and
-    /// then whole logs; or, where a drive is noisy, the length that promises the least errors of
-    /// the parameters, see [`JointFit::expected`].
+    /// whole logs. The last one decides; it may be zero, for the inverse criterion. Empty for a
+    /// thirtieth and a sixth of the longest log, and then whole logs; or, where a drive is noisy,
+    /// the length that promises the least errors of the parameters, see [`JointFit::expected`].
     pub horizons: Vec<f64>,
     /// Longest step of a simulation \[s\], positive.
     pub step: f64,
@@ -116,7 +116,7 @@ impl Settings {
     /// for the rows of these logs.
     fn check(&self, logs: [&[DriveLog]; 2]) -> Result<(), ParameterError> {
         ParameterError::of_components(&self.horizons, |&it| {
-            Named("horizons", it).stated(it > 0.0, "be positive; it may be infinite")
+            Named("horizons", it).stated(it >= 0.0, "not be negative; it may be infinite")
         })?;
         Named("step", self.step).positive()?;
         Named("tolerance", self.tolerance).non_negative()?;
@@ -318,8 +318,8 @@ impl Stages<'_> {
     ) -> Result<ControlFlow<()>, ParameterError> {
         let length = if asked >= self.duration { f64::INFINITY } else { asked };
         let most = self.settings.largest_sensitivity * self.range;
-        self.errors.criterion = Criterion::Segments(length);
-        self.errors.largest_gradient = RARE * most;
+        self.errors.criterion = Criterion::over(length);
+        self.errors.largest_gradient = if length > 0.0 { RARE * most } else { f64::INFINITY };
         if first {
             off_neutral(&mut self.parameters);
         }
@@ -336,7 +336,7 @@ impl Stages<'_> {
         let length = self.horizon();
         for _ in 0..HALVINGS {
             self.runs += 1;
-            if self.is_bearable(most)? {
+            if length == 0.0 || self.is_bearable(most)? {
                 break;
             }
             if self.ask().is_break() {
