@@ -173,48 +173,37 @@ pub(super) fn slices<T: Scalar, V: States<T>, const S: usize>(
 /// times an entry, added in their order.
 #[inline(always)]
 pub(super) fn product<T: Scalar, C: Entries<T>>(rows: usize, matrix: &[T], with: &C) -> C {
-    let mut answer = with.clone();
-    let rows = rows.max(1);
-    for (sum, factors) in
-        answer.entries_mut().chunks_exact_mut(rows).zip(with.entries().chunks_exact(rows))
-    {
-        if rows < MANY { add_few(sum, matrix, factors) } else { add_up(sum, matrix, factors) }
+    let (mut answer, rows) = (C::filled(with.entries().len(), T::zero()), rows.max(1));
+    let sums = answer.entries_mut().chunks_exact_mut(rows);
+    for (sum, factors) in sums.zip(columns(with.entries(), rows)) {
+        if rows < MANY { add(sum, matrix, factors) } else { add_many(sum, matrix, factors) }
     }
     answer
 }
 
-/// Columns that are added at once, for then the sum is read and written less often.
-const FEW: usize = 5;
-
-/// The columns of a matrix, each times a factor, added in their order.
+/// Adds the columns of a matrix, each times a factor, in their order.
 #[inline(always)]
-fn add_few<T: Scalar>(sum: &mut [T], matrix: &[T], factors: &[T]) {
-    for (k, (column, &factor)) in columns(matrix, sum.len()).zip(factors).enumerate() {
-        for (sum, &entry) in sum.iter_mut().zip(column) {
-            *sum = if k == 0 { entry * factor } else { *sum + entry * factor };
-        }
-    }
-}
-
-/// The same of many, compiled once for all sizes.
-#[inline(never)]
-fn add_up<T: Scalar>(sum: &mut [T], matrix: &[T], factors: &[T]) {
-    let rows = sum.len();
-    add_few(sum, matrix, &factors[..1]);
-    let mut rest = matrix[rows..].chunks_exact(FEW * rows);
-    let mut others = factors[1..].chunks_exact(FEW);
-    for (five, factors) in rest.by_ref().zip(others.by_ref()) {
-        let [a, b, c, d, e] = core::array::from_fn(|k| &five[k * rows..][..rows]);
-        for i in 0..rows {
-            let first = ((sum[i] + a[i] * factors[0]) + b[i] * factors[1]) + c[i] * factors[2];
-            sum[i] = (first + d[i] * factors[3]) + e[i] * factors[4];
-        }
-    }
-    for (column, &factor) in columns(rest.remainder(), rows).zip(others.remainder()) {
+fn add<T: Scalar>(sum: &mut [T], matrix: &[T], factors: &[T]) {
+    for (column, &factor) in columns(matrix, sum.len()).zip(factors) {
         for (sum, &entry) in sum.iter_mut().zip(column) {
             *sum += entry * factor;
         }
     }
+}
+
+/// The same, five at once, for then the sum is read and written less often; compiled once.
+#[inline(never)]
+fn add_many<T: Scalar>(sum: &mut [T], matrix: &[T], factors: &[T]) {
+    let (rows, fives) = (sum.len(), factors.chunks_exact(5));
+    let (fewer, left) = (fives.remainder(), factors.len() - factors.len() % 5);
+    for (five, factor) in columns(matrix, 5 * rows).zip(fives) {
+        let [a, b, c, d, e] = core::array::from_fn(|k| &five[k * rows..][..rows]);
+        for i in 0..rows {
+            let first = ((sum[i] + a[i] * factor[0]) + b[i] * factor[1]) + c[i] * factor[2];
+            sum[i] = (first + d[i] * factor[3]) + e[i] * factor[4];
+        }
+    }
+    add(sum, &matrix[left * rows..], fewer);
 }
 
 /// Eliminates state k of a square matrix of so many rows by its pivot, of which the inverse is

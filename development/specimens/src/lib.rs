@@ -7,6 +7,7 @@
 #![allow(clippy::should_implement_trait, reason = "`Draw::next` never ends, and needs no adapters")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
+pub mod blocks;
 pub mod closed_form;
 pub mod draw;
 pub mod implicit;
