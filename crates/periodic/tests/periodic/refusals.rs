@@ -166,4 +166,8 @@ fn what_a_period_costs_is_limited() {
     let shooting = Shooting { most_steps: 10_000, ..Shooting::default() };
     let orbit = shooting.forced(&quick, (0.0, 1e6), Vector1::new(1.0));
     assert_eq!(orbit, Err(PeriodicError::TooManySteps));
+    // Companion steps of 10⁻¹⁴ s, of a mass of 10⁻²⁰ kg.
+    let mut light = stiff_loop();
+    (light.mechanism.mass, light.controller.sample_time) = (1e-20, 1.0);
+    assert_eq!(hunting(&light, &[1e-3], 30.0), Err(PeriodicError::TooManySteps));
 }
