@@ -44,6 +44,9 @@ pub struct Continuation {
     /// The runs and iterations for each point.
     pub shooting: Shooting,
     /// The branch ends at the ends of this range of the parameter; no system is made beyond them.
+    /// Points are found to 3·10⁻⁸ of its width, and what lies within one step of
+    /// [`largest_step`](Self::largest_step) may be stepped over: narrow it to the values that
+    /// matter.
     pub range: Range<f64>,
     /// The first step of the parameter, with its sign: in which direction the branch is followed.
     pub first_step: f64,

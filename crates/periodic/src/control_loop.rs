@@ -93,10 +93,16 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
         // The scales of the motion, with room for tolerances.
         let force = self.breakaway()[1];
         let stiffness = proportional + self.mechanism.spring_stiffness;
-        let per_stiffness = "breakaway force / (proportional + spring_stiffness)";
-        Named(per_stiffness, force / stiffness).between(1e-80, 1e80)?;
-        let per_integral = if integral > 0.0 { force / integral } else { 1.0 };
-        Named("breakaway force / integral", per_integral).between(1e-80, 1e80)?;
+        let damping = derivative + self.mechanism.viscous_damping;
+        for (name, divisor) in [
+            ("breakaway force / (proportional + spring_stiffness)", stiffness),
+            ("breakaway force / integral", integral),
+            ("breakaway force / (derivative + viscous_damping)", damping),
+        ] {
+            if divisor > 0.0 {
+                Named(name, force / divisor).between(1e-80, 1e80)?;
+            }
+        }
         Ok(self)
     }
 }
@@ -219,9 +225,9 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
         Self { frictionless: by_state, parameters }
     }
 
-    /// Largest real parts ln |μ|/h about rest, and without friction [1/s], from the multipliers μ over
-    /// a sample, or over a period of the swing, and less if μ is too large a number; zero within
-    /// roundings.
+    /// Largest real parts ln |μ|/h about rest, and without friction [1/s], from the multipliers μ
+    /// over a sample, or over a period of the swing, and less if they are too large for a number;
+    /// zero within roundings.
     pub(crate) fn abscissas(
         &self,
         samples: Option<(f64, SMatrix<f64, N, N>)>,
@@ -290,7 +296,7 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
     }
 
     /// The position error that the controller does not feel at breakaway, and what the mass does
-    /// from there.
+    /// from there: it swings, no faster than the damping allows.
     fn scales(&self) -> SVector<f64, N> {
         let ControlLoopParameters { mechanism, controller, .. } = &self.parameters;
         let stiffness = controller.proportional + mechanism.spring_stiffness;
@@ -298,7 +304,8 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
         let (position, rate) = (force / stiffness, (stiffness / mechanism.mass).sqrt());
         // The integral that breaks the mass loose.
         let wait = if controller.integral > 0.0 { stiffness / controller.integral } else { 1.0 };
-        let velocity = position * rate;
+        let damping = controller.derivative + mechanism.viscous_damping;
+        let velocity = (position * rate).min(force / damping);
         let all = [position, velocity, deflection, position * wait, velocity, position * stiffness];
         SVector::from_fn(|i, _| all[i].max(f64::MIN_POSITIVE))
     }

@@ -247,7 +247,7 @@ fn continuous<M: Bristle<f64, Deflection = f64>, const N: usize>(
 const COMPANION_STEP: f64 = 0.25;
 
 /// Companion steps of a simulation, at most: they take some ten seconds.
-const MOST_STEPS: u64 = 100_000_000;
+const MOST_STEPS: u64 = 50_000_000;
 
 /// The states of a sampled loop after a duration \[s\] from rest at a distance from the target
 /// \[m\], or at the sample after an observer of time, position and velocity says so.
@@ -458,6 +458,9 @@ pub fn sampled_hunting_orbit<M: Bristle<f64, Deflection = f64>>(
     duration: f64,
 ) -> Result<Orbit<6>, PeriodicError> {
     let HuntingCycle { period, .. } = simulated(system, start, duration)?;
+    if SETTLED * period > MOST_STEPS as f64 * system.samples().0 {
+        return Err(PeriodicError::TooManySteps);
+    }
     let mut slips = Slips::new(system.parameters(), start, duration);
     let state = sampled(system, start, 2.0 * SETTLED * period, |time, x, v| {
         slips.push(time, x, v);

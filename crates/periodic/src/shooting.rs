@@ -41,7 +41,8 @@ pub struct Shooting {
     pub tolerance: f64,
     /// Iterations of Newton's method, at most.
     pub most_iterations: usize,
-    /// Steps of all runs of a search, or of a branch, at most.
+    /// Steps of all runs of a search, or of a branch, at most; where derivatives are taken, half
+    /// time constants of the quickest motion count, too.
     pub most_steps: u64,
     /// Segments of a period, a thousand at most, each with a start that is looked for (multiple
     /// shooting). One is enough unless the motion forgets its start and then magnifies what is

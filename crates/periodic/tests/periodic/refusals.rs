@@ -148,10 +148,26 @@ fn what_is_refused_is_called_by_its_name() {
 }
 
 #[test]
+fn a_light_mass_comes_to_rest_as_a_heavier_one_does() {
+    for mass in [1e-2, 1e-9] {
+        let mut light = stiff_loop();
+        light.mechanism.mass = mass;
+        let report = hunting(&light, &[1e-3], 5.0).unwrap();
+        assert_eq!(report.outcomes[0].1, Outcome::Rests, "{report}");
+        // Without mass K_D s² + K_P s + K_I.
+        assert!((report.large_abscissa + 12.5).abs() < 1e-2, "{report}");
+    }
+}
+
+#[test]
 fn what_a_period_costs_is_limited() {
     // ẋ = −1000 x: a million seconds are a few steps, and a thousand million time constants.
     let quick = Field(|state: &Vector1<f64>| (state * -1e3, Matrix1::new(-1e3)));
     let shooting = Shooting { most_steps: 10_000, ..Shooting::default() };
     let orbit = shooting.forced(&quick, (0.0, 1e6), Vector1::new(1.0));
     assert_eq!(orbit, Err(PeriodicError::TooManySteps));
+    // Companion steps of 10⁻¹⁴ s, of a mass of 10⁻²⁰ kg.
+    let mut light = stiff_loop();
+    (light.mechanism.mass, light.controller.sample_time) = (1e-20, 1.0);
+    assert_eq!(hunting(&light, &[1e-3], 30.0), Err(PeriodicError::TooManySteps));
 }
