@@ -16,9 +16,9 @@
 //!
 //! Angles and torques serve as well. [`LinearMechanism`] holds the matrices, [`Chain`] makes them
 //! for blocks in a row, and [`ContactState`] is what a contact keeps from step to step. [`Arm`] has
-//! masses that depend on where it is, [`ElasticJoint`] a shaft with backlash; each can be stepped, or
-//! solved for by its [`EquationsOfMotion`]. [`gradient`] has the derivatives of a loss by friction
-//! parameters.
+//! masses that depend on where it is, [`ElasticJoint`] a shaft with backlash; each can be stepped,
+//! or solved for by its [`EquationsOfMotion`]. [`gradient`] has the derivatives of a loss by
+//! friction parameters.
 //!
 //! # A step
 //!

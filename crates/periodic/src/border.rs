@@ -22,8 +22,8 @@ impl Continuation {
     /// leaves for is followed on. None if one is stable at the end of the range. As many points as
     /// it takes, in the direction of `first_step`.
     ///
-    /// What leaves a cycle is simulated over a thousand periods, a hundredth of the range beyond, at
-    /// most at its end: narrow a range in which a second border may lie so near to the first.
+    /// What leaves a cycle is simulated over a thousand periods, a hundredth of the range beyond,
+    /// at most at its end: narrow a range in which a second border may lie so near to the first.
     ///
     /// # Errors
     ///

@@ -227,9 +227,9 @@ impl Continuation {
         guess: Guess<N>,
     ) -> Result<OrbitBranch<N>, PeriodicError> {
         let (width, most_iterations) = (self.checked(parameter)?, self.shooting.most_iterations);
-        let first = system(parameter)?;
-        let cyclic = self.shooting.cyclic(period.map(|_| 0.0), first.scales())?;
-        let segments = cyclic.cut(&first, guess)?;
+        let start = system(parameter)?;
+        let cyclic = self.shooting.cyclic(period.map(|_| 0.0), start.scales())?;
+        let segments = cyclic.cut(&start, guess)?;
         let mut problem: Problem<'_, _, N, K> =
             Problem { system, period, cyclic, most_iterations, range: &self.range, width };
         let mut upwards = DVector::zeros(segments.len() * (N + 1) + 1);
@@ -243,8 +243,8 @@ impl Continuation {
         if by_parameter(&at.tangent) * self.first_step < 0.0 {
             at.tangent *= -1.0;
         }
-        let first = (self.first_step / width / by_parameter(&at.tangent)).abs();
-        let mut step = first.min(self.largest_step);
+        let step = (self.first_step / width / by_parameter(&at.tangent)).abs();
+        let mut step = step.min(self.largest_step);
         let mut points = vec![problem.point(&at, PointKind::Regular)];
         let end = loop {
             if points.len() >= self.most_points {
@@ -253,9 +253,9 @@ impl Continuation {
             // Where the step leads to the end of the range, the parameter is given.
             let left = problem.left(&at);
             step = step.min(left);
-            let given = || &upwards * by_parameter(&at.tangent).signum();
-            let plane = if step < left { at.tangent.clone() } else { given() };
-            let next = match problem.correct(&problem.ahead(&at, step), &plane, step) {
+            let given = &upwards * by_parameter(&at.tangent).signum();
+            let plane = if step < left { &at.tangent } else { &given };
+            let next = match problem.correct(&problem.ahead(&at, step), plane, step) {
                 Ok(next) => next,
                 Err(error) if step < SHORTEST || error == PeriodicError::TooManySteps => {
                     break BranchEnd::Lost(error);
@@ -276,8 +276,7 @@ impl Continuation {
             if step >= left {
                 break BranchEnd::Range;
             }
-            step = (step * GROWTH).min(self.largest_step);
-            at = next;
+            (at, step) = (next, (step * GROWTH).min(self.largest_step));
         };
         Ok(OrbitBranch { points, end })
     }
