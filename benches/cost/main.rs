@@ -255,8 +255,7 @@ where
     });
 }
 
-/// The same run of `solve` with a fixed size and with one known at run time, which is to cost at
-/// most 1.3 times as much.
+/// The same run of `solve` with a fixed size and with one known at run time.
 fn sizes(c: &mut Criterion) {
     let (span, output) = (0.0..5.0, Output::Uniform(201));
     c.bench_function("f64/solve, 21 states, of a fixed size", |b| {

@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn with_many_states_explicit_steps_may_be_shorter_by_as_much_as_they_are_cheaper() {
-        // 12 + 4 evaluations for 9 + 12 and 9 + 24: up to steps of 6.7 and 10.5 time constants.
+        // 12 + 2 evaluations for 9 + 12 and 9 + 24: up to steps of 7.7 and 11.7 time constants.
         let turns = |length| [steps::<1, 3>(length).0, steps::<12, 3>(length).0];
         assert_eq!(turns(2.0), [Turn::Eighth; 2]);
         // Of as many equal eigenvalues the radius is taken a sixth too large.
