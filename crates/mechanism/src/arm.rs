@@ -31,7 +31,7 @@
 
 use core::mem::take;
 
-use crate::band::{self, place};
+use crate::band::place;
 use crate::contacts::{ContactState, Step};
 use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which, part};
 use crate::rows::Rows;
@@ -362,7 +362,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         for ((force, &damping), &v) in force.iter_mut().zip(damping).zip(velocity) {
             *force -= damping * v;
         }
-        band::factor_and_solve(n, mass, force);
+        crate::band::factor_and_solve(n, mass, force);
     }
 
     /// vᵀ B v \[W\]. NaN for a slice of another length.
