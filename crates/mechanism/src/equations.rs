@@ -82,8 +82,9 @@ where
 {
     /// The equations with a contact for each row of the mechanism, or one for all, and with typical
     /// magnitudes \[m\] and [m/s] of coordinates and velocities, to which tolerances are relative.
-    /// That of a deflection is the largest at rest, or 10⁻⁶ m if the model has no bound. `act` is
-    /// asked for what acts, at any time and state, and has to give the same for the same.
+    /// That of a deflection is the largest at rest, or 10⁻⁶ m if that is zero (without load) or has
+    /// no bound. `act` is asked for what acts, at any time and state, and has to give the same for
+    /// the same. Evaluations allocate: for a loop take steps.
     ///
     /// # Errors
     ///
@@ -105,7 +106,7 @@ where
         let factors = mechanism.factors();
         let mut all = Self { mechanism, contacts, factors, scales, longest_step: None, act };
         for k in 0..m {
-            let limit = all.contact(k).limits(T::zero()).deflection;
+            let limit = all.contact(k).limits(T::zero()).deflection.filter(|z| *z > T::zero());
             all.scales[2 * n + k] = limit.unwrap_or_else(|| lit(1e-6));
         }
         Ok(all)

@@ -130,3 +130,25 @@ fn what_is_no_system_is_refused() {
     refused(with(&[contact], [1.0, f64::NAN]), "magnitudes[1] is NaN");
     refused(with(&[contact], [1.0, 1.0]), "longest step is 0");
 }
+
+/// A contact that carries nothing slides freely, whether it is lifted or has never been loaded.
+#[test]
+fn a_contact_without_load_does_nothing() {
+    let (chain, contact) = (chain(), *friction().contact());
+    let act = |acting: Acting<'_, f64>| acting.load.fill(0.0);
+    let unloaded = [contact.model().under_load(0.0).unwrap()];
+    let none = EquationsOfMotion::new(&chain, &unloaded, [0.1, 0.1], |_| ()).unwrap();
+    let of_act = [contact];
+    let lifted = EquationsOfMotion::new(&chain, &of_act, [0.1, 0.1], act).unwrap();
+    // In its second mode, (1, 0, −1), at ω² = 2 with a damping of 0.02 ω²: x = e^(−0.02 t) cos ωₐt.
+    let (decay, time) = (0.02_f64, 3.0_f64);
+    let angular = (2.0 - decay * decay).sqrt();
+    let (sin, cos) = (angular * time).sin_cos();
+    let want = (-decay * time).exp() * (cos + decay / angular * sin);
+    for system in [end(&lifted, start(), time, 1e-9), end(&none, start(), time, 1e-9)] {
+        assert!((system[0] - want).abs() < 1e-8, "{} {want}", system[0]);
+    }
+    fn start() -> Vec<f64> {
+        vec![1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+}
