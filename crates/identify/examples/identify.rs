@@ -275,11 +275,9 @@ fn report(
                     .line("simulated", Colour::Blue.width(1.2), line(&simulated));
                 let errors = simulated.iter().zip(log.positions()).map(|(x, y)| x - y);
                 let errors = line(&errors.collect::<Vec<f64>>());
-                let beside = Panel::new("time t (s)", format!("error ({length})")).line(
-                    "simulated less measured",
-                    Colour::Blue.width(1.2),
-                    errors,
-                );
+                let beside = Panel::new("time t (s)", format!("error ({length})"))
+                    .title("its error")
+                    .line("simulated less measured", Colour::Green.width(1.2), errors);
                 figure = figure.panel(panel).panel(beside);
             }
         }
