@@ -104,11 +104,17 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     /// The contacts and the storage, for a step of a length, with A factored for it.
     #[inline(always)]
     pub(crate) fn prepared(&mut self, duration: T) -> (&R, Parts<'_, T>) {
+        self.prepare(duration);
+        self.split()
+    }
+
+    /// Factors A for a step of a length, if it is not.
+    #[inline(always)]
+    pub(crate) fn prepare(&mut self, duration: T) {
         if self.structure.is_reduced() && self.duration != duration {
             self.factor(lit::<T>(0.5) * duration);
         }
         self.duration = duration;
-        self.split()
     }
 
     /// Factors A; B and G. It splits the storage by itself: parts that a rare branch passes by

@@ -2,6 +2,7 @@
 
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::Stribeck;
+use bristle::nalgebra::DMatrix as Matrix;
 use bristle::rheology::KelvinVoigt;
 use bristle::{Bristle, Dahl, DahlParameters, ElastoPlastic, Scalar, paper};
 use bristle_mechanism::{
@@ -151,6 +152,47 @@ fn one_contact_on_one_mass_is_a_point_mass() {
     }
     // Some roundings of 0.3 m/s a step, which friction forgets.
     assert!(off::<f64>() < 30.0 && off::<f32>() < 30.0, "{} {}", off::<f64>(), off::<f32>());
+}
+
+/// The sums of one coordinate with one contact are those of many.
+#[test]
+fn one_contact_on_one_mass_moves_as_beside_another_one() {
+    fn run<const N: usize>(structure: Structure) -> [Vec<[f64; 6]>; N] {
+        let [mass, damping, stiffness] = [1.3, 0.07, 21.0].map(|value| match structure {
+            Structure::Dense => Matrix::from_diagonal_element(N, N, value).as_slice().to_vec(),
+            _ => vec![value; N],
+        });
+        let matrices =
+            Matrices { structure, mass: &mass, damping: &damping, stiffness: &stiffness };
+        let rows: Vec<_> = (0..N).map(|i| [(i, 1.5), (i, -0.6)]).collect();
+        let mut mechanism = LinearMechanism::on_heap(&matrices, rows).unwrap();
+        let (mut x, mut v) = ([0.02; N], [0.3; N]);
+        let mut contacts = [ContactState::new(&friction(), 0.0); N];
+        let mut states = [const { Vec::new() }; N];
+        for n in 0..500 {
+            let wave = |rate: f64| (rate * f64::from(n)).sin();
+            let [force, belt, load] =
+                [1.6 * wave(0.05), 0.1 * wave(0.11), 0.1 + 0.1 * wave(0.3)].map(|one| [one; N]);
+            let inputs = match n {
+                0..100 => Inputs::force(&force),
+                _ => Inputs { force: &force, prescribed: &belt, load: &load },
+            };
+            let h = if n < 400 { 0.01 } else { 0.02 };
+            let motion = Motion { position: &mut x, velocity: &mut v };
+            mechanism.step(h, &inputs, motion, &[friction()], &mut contacts).unwrap();
+            for (i, states) in states.iter_mut().enumerate() {
+                let done = contacts[i].last_step();
+                let mean = mechanism.mean_velocities()[i];
+                states.push([x[i], v[i], mean, done.deflection, done.force, done.dissipated]);
+            }
+        }
+        states
+    }
+    for structure in [Structure::Diagonal, Structure::Dense] {
+        let ([alone], [one, other]) = (run::<1>(structure), run::<2>(structure));
+        assert!(alone == one && one == other, "{structure:?}");
+        assert!(alone.iter().flatten().all(|value| value.is_finite()));
+    }
 }
 
 /// A block that slides and spins: a contact of three axes is three rows.
