@@ -43,9 +43,11 @@ impl<T: Scalar> Search<T> {
     /// The first sign change of a speed, from its values at the start of the step and at two or
     /// more places after it.
     #[inline]
-    pub(crate) fn first(self, speed: impl Fn(T) -> T, speeds: &[SpeedAt<T>]) -> Crossing<T> {
+    pub(crate) fn first(self, mut speed: impl FnMut(T) -> T, speeds: &[SpeedAt<T>]) -> Crossing<T> {
         let Some(&start) = speeds.first() else { return Crossing::None };
-        let Some((right, wrong)) = self.bracket(&speed, speeds) else { return Crossing::None };
+        let Some((right, wrong)) = self.bracket(&mut speed, speeds) else {
+            return Crossing::None;
+        };
         let mut right = right.unwrap_or(start);
         if !(right.0 > start.0) && right.1 >= -self.forgiven {
             // A speed that starts near zero may be positive first.
@@ -56,7 +58,7 @@ impl<T: Scalar> Search<T> {
         if right.1 < T::zero() {
             return Crossing::AtStart;
         }
-        let (place, _) = enclose(&speed, right, wrong, self.tolerance);
+        let (place, _) = enclose(speed, right, wrong, self.tolerance);
         if place - start.0 > self.shortest { Crossing::At(place) } else { Crossing::AtStart }
     }
 
@@ -65,7 +67,7 @@ impl<T: Scalar> Search<T> {
     #[inline(always)]
     fn bracket(
         self,
-        speed: &impl Fn(T) -> T,
+        speed: &mut impl FnMut(T) -> T,
         speeds: &[SpeedAt<T>],
     ) -> Option<(Option<SpeedAt<T>>, SpeedAt<T>)> {
         let mut right = None;
@@ -96,7 +98,7 @@ impl<T: Scalar> Search<T> {
     /// before, and one where it is, from the vertex of the parabola through the three places.
     fn dip(
         self,
-        speed: &impl Fn(T) -> T,
+        speed: &mut impl FnMut(T) -> T,
         mut three: [SpeedAt<T>; 3],
     ) -> Option<(SpeedAt<T>, SpeedAt<T>)> {
         let (half, zero): (T, T) = (lit(0.5), T::zero());

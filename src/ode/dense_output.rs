@@ -76,19 +76,31 @@ impl<T: Scalar, V: States<T>> DenseOutput<T, V> {
     /// The state at a fraction of the step, 0 at its start and 1 at its end.
     #[inline]
     pub(super) fn at(&self, fraction: T) -> V {
+        let mut state = self.start.clone();
+        self.at_to(fraction, &mut state);
+        state
+    }
+
+    /// The same, written over a state.
+    #[inline]
+    pub(super) fn at_to(&self, fraction: T, state: &mut V) {
         let (part, rest) = (fraction, T::one() - fraction);
         let states = self.start.count();
         let [q0, q1, q2, q3, q4, q5, q6] = &self.terms;
         let [start, q0, q1, q2] = slices(states, [&self.start, q0, q1, q2]);
         let outer = |i: usize, inner: T| start[i] + (q0[i] + (q1[i] + inner * part) * rest) * part;
         // Written out for the degrees that occur: output-heavy runs spend their time here.
+        let at = &mut state.entries_mut()[..states];
         match self.count {
-            0..=3 => self.start.like(|i| outer(i, q2[i])),
-            4 => self.start.like(|i| outer(i, q2[i] + q3[i] * rest)),
+            0..=3 => (0..states).for_each(|i| at[i] = outer(i, q2[i])),
+            4 => {
+                let [q3] = slices(states, [q3]);
+                (0..states).for_each(|i| at[i] = outer(i, q2[i] + q3[i] * rest));
+            }
             _ => {
                 let [q3, q4, q5, q6] = slices(states, [q3, q4, q5, q6]);
                 let inner = |i: usize| (q4[i] + (q5[i] + q6[i] * part) * rest) * part;
-                self.start.like(|i| outer(i, q2[i] + (q3[i] + inner(i)) * rest))
+                (0..states).for_each(|i| at[i] = outer(i, q2[i] + (q3[i] + inner(i)) * rest));
             }
         }
     }

@@ -66,7 +66,6 @@ use core::fmt::Debug;
 pub use super::generic::{
     Event, Failure, Integration, Occurrence, Solver, Step, Summary, Tolerances, Trajectory,
 };
-use super::storage::Entries;
 use super::system::{self, Equations};
 use crate::{Branch, Scalar};
 
@@ -151,10 +150,8 @@ impl<T: Scalar, S: System<T> + ?Sized> Equations<T, Vec<T>, Any> for S {
     }
 
     #[inline]
-    fn velocities(&self, time: T, state: &Vec<T>) -> Vec<T> {
-        let mut velocities = Vec::filled(System::contacts(self), T::zero());
-        self.sliding_velocities(time, state, &mut velocities);
-        velocities
+    fn velocities_to(&self, time: T, state: &Vec<T>, velocities: &mut Vec<T>) {
+        self.sliding_velocities(time, state, velocities);
     }
 
     #[inline]

@@ -9,7 +9,7 @@ use super::growth::{LARGE, MANY};
 use super::integration::Integration;
 use super::locked::{Interval, Locked};
 use super::stepper::{OneStep, Point, Stepper, TrialStep};
-use super::storage::{Entries, States, of_both, product};
+use super::storage::{Entries, States, of_both, product, product_to};
 use super::system::Equations;
 use super::tolerance::Tolerances;
 use crate::Scalar;
@@ -77,9 +77,9 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
             }
         }
         let part = self.settings.method.tolerance_range().part_of_estimate(tolerance, trial.order);
-        let mut times = |x: &V| match &growth {
-            Some(growth) => product(states, growth.entries(), x),
-            None => field.along(&self.point, x, step),
+        let mut times = |x: &V, to: &mut V| match &growth {
+            Some(growth) => product_to(states, growth.entries(), x, to),
+            None => *to = field.along(&self.point, x, step),
         };
         let errors = (&self.kinks.missed(), &end.scale);
         let carried = self.growth.carried((&mut times, growth.as_ref()), stability, errors);

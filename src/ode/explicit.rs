@@ -212,12 +212,15 @@ impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T,
     /// Whether h|λ| of an accepted step exceeds a part of the stability limit, with |λ| from the
     /// last two stages: |f(x₁) − f(x̃)|/|x₁ − x̃|.
     fn is_held_by_stability(&self, end: &Point<T, V>, step: T) -> bool {
-        let (rates, before) = (&self.k[B::STAGES], &self.k[B::STAGES - 1]);
+        let [rates, before] =
+            slices(end.state.count(), [&self.k[B::STAGES], &self.k[B::STAGES - 1]]);
+        let [scale, reached, before_end] =
+            slices(rates.len(), [&end.scale, &end.state, &self.before_end]);
         let (mut over, mut under) = (T::zero(), T::zero());
-        for i in 0..rates.count() {
-            let inverse = T::one() / end.scale[i];
+        for i in 0..rates.len() {
+            let inverse = T::one() / scale[i];
             let rate = (rates[i] - before[i]) * inverse;
-            let state = (end.state[i] - self.before_end[i]) * inverse;
+            let state = (reached[i] - before_end[i]) * inverse;
             over += rate * rate;
             under += state * state;
         }

@@ -25,7 +25,7 @@
 use core::marker::PhantomData;
 
 use super::stepper::TrialStep;
-use super::storage::{Entries, States, columns, eliminate, product, substitute};
+use super::storage::{Entries, States, columns, eliminate, product, slices, substitute};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
@@ -75,19 +75,19 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
         self.greatest
     }
 
-    /// The error of the solution over a step, given the product hJ x for any x, with hJ where it is
+    /// The error of the solution over a step, given what writes hJ x for any x, with hJ where it is
     /// known as a whole and the rₖ of an explicit method, a further error that no estimate of the
     /// step shows, and its tolerances.
     #[inline]
     pub(super) fn carried(
         &mut self,
-        (times, growth): (&mut impl FnMut(&V) -> V, Option<&V::Matrix>),
+        (times, growth): (&mut impl FnMut(&V, &mut V), Option<&V::Matrix>),
         stability: &[f64],
         (missed, allowed): (&V, &V),
     ) -> V {
         let states = allowed.count();
-        for i in 0..states {
-            self.error[i] = self.error[i] + missed[i].copysign(self.error[i]);
+        for (error, &missed) in self.error.entries_mut().iter_mut().zip(missed.entries()) {
+            *error += missed.copysign(*error);
         }
         let near = near(stability);
         let is_near = |growth: &V::Matrix| !is_beyond(states, growth.entries(), near);
@@ -121,7 +121,10 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
         (trial, square): (&TrialStep<T, V>, f64),
         allowed: &V,
     ) {
-        let (error, states, near) = (&trial.error, trial.error.count(), near::<T>(stability));
+        let (states, near) = (trial.error.count(), near::<T>(stability));
+        let [error, carried, allowed] = slices(states, [&trial.error, &carried, allowed]);
+        let known = &mut self.error.entries_mut()[..states];
+        let largest = &mut self.allowed.entries_mut()[..states];
         let at_limit = |i: usize| {
             let by_itself = |growth: &V::Matrix| growth.entries()[i * states + i].abs() > near;
             !stability.is_empty() && growth.is_some_and(by_itself)
@@ -148,9 +151,9 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
                 }
                 _ => size,
             };
-            self.error[i] = carried[i] + error[i] * size * sign;
-            self.allowed[i] = self.allowed[i].larger(allowed[i]);
-            let part = to_f64((self.error[i] / self.allowed[i]).abs());
+            known[i] = carried[i] + error[i] * size * sign;
+            largest[i] = largest[i].larger(allowed[i]);
+            let part = to_f64((known[i] / largest[i]).abs());
             if !(part <= self.greatest) {
                 self.greatest = if part.is_finite() { part } else { f64::INFINITY };
             }
@@ -173,8 +176,8 @@ pub(super) fn trace<T: Scalar>(states: usize, a: &[T]) -> T {
 pub(super) fn trace_of_square<T: Scalar>(states: usize, a: &[T]) -> T {
     let mut sum = T::zero();
     for (i, column) in columns(a, states).enumerate() {
-        for (j, &entry) in column.iter().enumerate() {
-            sum += a[j * states + i] * entry;
+        for (&entry, other) in column.iter().zip(columns(a, states)) {
+            sum += other[i] * entry;
         }
     }
     sum
@@ -185,30 +188,35 @@ fn is_beyond<T: Scalar>(states: usize, a: &[T], limit: T) -> bool {
     !(trace(states, a).abs() < limit && trace_of_square(states, a).abs() < limit * limit)
 }
 
-/// R(A) x with the rₖ of an explicit method, given the product A x.
+/// R(A) x with the rₖ of an explicit method, given what writes A x.
 #[inline]
-fn own<T: Scalar, V: States<T>>(times: &mut impl FnMut(&V) -> V, x: &V, stability: &[f64]) -> V {
-    stability
-        .iter()
-        .rev()
-        .fold(x.clone(), |sum, &ratio| x.with(&times(&sum), |x, times| x + times * lit(ratio)))
+fn own<T: Scalar, V: States<T>>(times: &mut impl FnMut(&V, &mut V), x: &V, stability: &[f64]) -> V {
+    let (mut sum, mut product) = (x.clone(), x.clone());
+    for &ratio in stability.iter().rev() {
+        times(&sum, &mut product);
+        for i in 0..x.count() {
+            sum[i] = x[i] + product[i] * lit(ratio);
+        }
+    }
+    sum
 }
 
 /// e^A x by its power series, to a part of its largest component over a scale, or none if it does
 /// not converge fast; and R(A) x with the rₖ of an explicit method, from the same products.
 fn series<T: Scalar, V: States<T>>(
-    times: &mut impl FnMut(&V) -> V,
+    times: &mut impl FnMut(&V, &mut V),
     x: &V,
     scale: &V,
     stability: &[f64],
 ) -> (Option<V>, V) {
-    let (mut sum, mut own, mut term) = (x.clone(), x.clone(), x.clone());
+    let (mut sum, mut own, mut term, mut before) = (x.clone(), x.clone(), x.clone(), x.clone());
     let (inverse, mut small, mut weight) = (scale.like(|i| scale[i].recip()), 0, 1.0);
     for n in 1..=TERMS {
         let part = lit::<T>(1.0 / n as f64);
         weight *= stability.get(n - 1).map_or(0.0, |ratio| ratio * n as f64);
         let (of_own, mut last, mut most) = (lit::<T>(weight), T::zero(), T::zero());
-        term = times(&term);
+        core::mem::swap(&mut term, &mut before);
+        times(&before, &mut term);
         let scales = inverse.entries().iter();
         let sums = sum.entries_mut().iter_mut().zip(own.entries_mut());
         for ((term, &scale), (sum, own)) in term.entries_mut().iter_mut().zip(scales).zip(sums) {
@@ -319,13 +327,14 @@ mod tests {
             let a = Matrix2::new(-angle, -angle, angle, -angle);
             let turned = Vector2::new(f64::cos(angle), angle.sin()) * f64::exp(-angle);
             let one = Vector2::repeat(1.0);
-            let found = series(&mut |x| a * x, &Vector2::x(), &one, &[]).0.unwrap_or_default();
+            let found =
+                series(&mut |x, to| *to = a * x, &Vector2::x(), &one, &[]).0.unwrap_or_default();
             // Terms below a hundredth of the sum are left out.
             assert!((found - turned).norm() < 0.01 * turned.norm(), "{angle}: {found}");
         }
         let stiff = Matrix2::new(-1e3, 0.0, 0.0, -1.0);
         let ones = Vector2::repeat(1.0);
-        assert_eq!(series(&mut |x| stiff * x, &ones, &ones, &[]).0, None);
+        assert_eq!(series(&mut |x, to| *to = stiff * x, &ones, &ones, &[]).0, None);
     }
 
     /// Takes a step with hJ, the rₖ, a trial with its mean square and what it does not show.
@@ -335,7 +344,8 @@ mod tests {
         (trial, square, missed): (&TrialStep<f64, SVector<f64, N>>, f64, &SVector<f64, N>),
         allowed: &SVector<f64, N>,
     ) {
-        let carried = growth.carried((&mut |x| a * x, Some(a)), stability, (missed, allowed));
+        let carried =
+            growth.carried((&mut |x, to| *to = a * x, Some(a)), stability, (missed, allowed));
         growth.step((carried, Some(a), stability), (trial, square), allowed);
     }
 
@@ -374,11 +384,12 @@ mod tests {
         };
         let stepper = AnyMethod::DormandPrince.stepper(0.0, &Vector1::<f64>::zeros());
         for z in [-3.2, -1.6, 2.0] {
-            let found = own(&mut |x| x * z, &Vector1::new(2.0), stepper.stability());
+            let found = own(&mut |x, to| *to = x * z, &Vector1::new(2.0), stepper.stability());
             let error = found[0] - 2.0 * polynomial(z);
             assert!(error.abs() < 1e-13, "{z}: {error}");
             let one = Vector1::new(1.0);
-            let (_, same) = series(&mut |x| x * z, &(one * 2.0), &one, stepper.stability());
+            let (_, same) =
+                series(&mut |x, to| *to = x * z, &(one * 2.0), &one, stepper.stability());
             assert!((same[0] - found[0]).abs() < 1e-13, "{z}: {same}");
             assert!(is_beyond(1, &[z], 1.5));
         }

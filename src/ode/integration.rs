@@ -228,10 +228,10 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
         // With many states all velocities are asked for each of them at the start alone.
         let is_known = self.point.state.count() > LARGE && self.progress.statistics.steps > 0;
         if let Some(tolerances) = self.settings.tolerances.as_ref().filter(|_| !is_known) {
-            let mut beside = state.clone();
+            let (mut beside, mut moved) = (state.clone(), velocities.clone());
             for i in 0..state.count() {
                 beside[i] += tolerances.absolute()[i];
-                let moved = self.system.velocities(*time, &beside);
+                self.system.velocities_to(*time, &beside, &mut moved);
                 let velocities = moved.entries().iter().zip(velocities.entries());
                 for (error, (&moved, &still)) in errors.entries_mut().iter_mut().zip(velocities) {
                     *error += (moved - still).abs();
@@ -388,15 +388,13 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
         let (stepper, mut field, from) = self.parts(interval);
         let dense_output =
             if full { stepper.dense_output(&mut field, from, end) } else { from.cubic_to(end) };
-        self.step = Step {
-            start_time: self.point.time,
-            end_time: end.time,
-            whole: end.time - self.point.time,
-            end: end.state.clone(),
-            dense_output,
-            reversals_at_start: self.turned.clone(),
-            reversal: None,
-        };
+        let (step, start_time) = (&mut self.step, self.point.time);
+        (step.start_time, step.end_time) = (start_time, end.time);
+        step.whole = end.time - start_time;
+        step.end.clone_from(&end.state);
+        step.dense_output = dense_output;
+        step.reversals_at_start.clone_from(&self.turned);
+        step.reversal = None;
     }
 
     /// Moves to the end of a step and proposes the next one, from the length of the trial whose

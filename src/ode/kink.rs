@@ -74,18 +74,17 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
         allowed: &V,
     ) -> Option<T> {
         let states = moved.count();
-        self.missed = moved.like(|_| T::zero());
-        let none = self.missed.clone();
-        let (mut curved, mut explained, mut change) = (none.clone(), none.clone(), None);
-        let mut moving = moved.like(|i| moved[i] / length);
+        self.missed.entries_mut().fill(T::zero());
+        let (mut left, mut curved, mut change) = (sped, None, None);
         if let Some([start, end]) = ends {
             let changes = of_both(end, start, |end, start| (end - start).abs());
             let mean = of_both(end, start, |end, start| (end + start) * lit(0.5));
-            curved = product(states, changes.entries(), &moved.like(|i| moved[i].abs()));
-            (explained, moving) = (product(states, mean.entries(), &moved), none.clone());
+            curved = Some(product(states, changes.entries(), &moved.like(|i| moved[i].abs())));
+            let explained = product(states, mean.entries(), &moved);
+            left = left.with(&explained, |left, explained| left - explained);
             change = Some(changes);
         }
-        let left = sped.with(&explained, |sped, explained| (sped - explained) / length);
+        left.entries_mut().iter_mut().for_each(|left| *left /= length);
         if let (Some(change), Some(before)) = (&change, &self.changes) {
             let (change, before) = (change.entries(), before.entries());
             for i in 0..states {
@@ -96,18 +95,23 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
                 self.missed[i] = sum * length * lit(ERROR);
             }
         }
+        let mut moving = moved;
+        for moving in moving.entries_mut() {
+            *moving = if change.is_some() { T::zero() } else { *moving / length };
+        }
         let mut speeds = left.like(|_| lit(f64::INFINITY));
         let leap = lit::<T>(JUMP * (states as f64 / MANY as f64).max(1.0)) * length * length;
         if let Some([moving_before, before, usual]) = &self.between {
             // One Jacobian for both steps: what another left is no jump.
-            let explained = match change {
-                None => times(&moving.with(moving_before, |now, before| now - before)),
-                Some(_) => none,
-            };
+            let explained = change.is_none().then(|| {
+                let turned = moving.with(moving_before, |now, before| now - before);
+                times(&turned)
+            });
             for i in 0..states {
-                let jump = (left[i] - before[i] - explained[i]).abs() * length;
+                let explained = explained.as_ref().map_or(T::zero(), |explained| explained[i]);
+                let jump = (left[i] - before[i] - explained).abs() * length;
                 speeds[i] = jump / (length * length);
-                if jump > usual[i] * leap && jump > curved[i] {
+                if jump > usual[i] * leap && curved.as_ref().is_none_or(|curved| jump > curved[i]) {
                     self.missed[i] += jump * length * lit(OF_JUMP);
                 }
                 if usual[i].is_finite() {
@@ -117,7 +121,7 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
         }
         let most = self.missed.over(allowed) * lit(1.0 / MISSED);
         if most > T::one() {
-            self.missed = moved.like(|_| T::zero());
+            self.missed.entries_mut().fill(T::zero());
             return Some(length * lit::<T>(0.9) / most.sqrt());
         }
         self.between = Some([moving, left, speeds]);

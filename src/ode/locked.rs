@@ -111,8 +111,9 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K> Locked<'_, T, V
                 // What was added after rounding.
                 let apart = beside[j] - state[j];
                 self.rate_to(time, &beside, &mut changed);
-                for (i, entry) in column.iter_mut().enumerate() {
-                    *entry = (changed[i] - rate[i]) / apart;
+                let rates = changed.entries().iter().zip(rate.entries());
+                for (entry, (&changed, &rate)) in column.iter_mut().zip(rates) {
+                    *entry = (changed - rate) / apart;
                 }
                 if column.iter().all(|change| change.is_finite()) {
                     break;

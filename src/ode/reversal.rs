@@ -135,17 +135,17 @@ pub(super) fn surely_none<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Size
 ) -> bool {
     let duration = end.time - from.time;
     let third = duration * lit(1.0 / 3.0);
-    // The cubic through both states with their rates, at one and two thirds.
-    let (mut early, mut late) = (from.state.clone(), end.state.clone());
-    for i in 0..early.count() {
-        let chord = end.state[i] - from.state[i];
-        let (start, stop) = (from.rate[i] * duration, end.rate[i] * duration);
-        let part: T = lit(1.0 / 27.0);
-        early[i] += (chord * lit(7.0) + start * lit(4.0) - stop * lit(2.0)) * part;
-        late[i] -= (chord * lit(7.0) + stop * lit(4.0) - start * lit(2.0)) * part;
-    }
-    let early = system.velocities(from.time + third, &early);
-    let late = system.velocities(end.time - third, &late);
+    // The cubic through both states with their rates, at one third from each end.
+    let at_third = |near: &Point<T, V>, far: &Point<T, V>, duration: T| {
+        near.state.like(|i| {
+            let chord = far.state[i] - near.state[i];
+            let (start, stop) = (near.rate[i] * duration, far.rate[i] * duration);
+            let way = chord * lit(7.0) + start * lit(4.0) - stop * lit(2.0);
+            near.state[i] + way * lit(1.0 / 27.0)
+        })
+    };
+    let early = system.velocities(from.time + third, &at_third(from, end, duration));
+    let late = system.velocities(end.time - third, &at_third(end, from, -duration));
     let last = system.velocities(end.time, &end.state);
     let velocities = early.entries().iter().zip(late.entries()).zip(last.entries());
     locks.iter().zip(velocities).all(|(lock, ((&early, &late), &last))| {
@@ -172,10 +172,10 @@ pub(super) fn first_reversal<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?S
     smallest_step: T,
 ) -> Reversal<T> {
     let half: T = lit(0.5);
-    let velocities =
-        |fraction: T| system.velocities(step.time_at(fraction), &step.at_fraction(fraction));
-    let middle = velocities(half);
+    let mut state = step.at_fraction(half);
+    let middle = system.velocities(step.time_at(half), &state);
     let end = system.velocities(step.end_time, &step.end);
+    let mut velocities = end.clone();
     let duration = (step.end_time - step.start_time).abs();
     let mut first = Reversal::None;
     let mut earliest = T::one();
@@ -189,7 +189,9 @@ pub(super) fn first_reversal<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?S
         }
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
         let at = |fraction: T| {
-            velocities(fraction).entries().get(index).map_or(T::zero(), |&v| ahead(v))
+            step.at_fraction_to(fraction, &mut state);
+            system.velocities_to(step.time_at(fraction), &state, &mut velocities);
+            velocities.entries().get(index).map_or(T::zero(), |&v| ahead(v))
         };
         let search = Search {
             // On the wrong side by noise, or in the first step by the inexact place of the

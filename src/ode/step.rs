@@ -115,10 +115,18 @@ impl<T: Scalar, V: States<T>> Step<T, V> {
     /// The state at a fraction of the step, 0 at its start and 1 at its end.
     #[inline]
     pub fn at_fraction(&self, fraction: T) -> V {
+        let mut state = self.end.clone();
+        self.at_fraction_to(fraction, &mut state);
+        state
+    }
+
+    /// The same, written over a state.
+    #[inline]
+    pub(super) fn at_fraction_to(&self, fraction: T, state: &mut V) {
         let duration = self.end_time - self.start_time;
         // A step that was not cut has its length to the last bit.
         let part = if duration == self.whole { T::one() } else { duration / self.whole };
-        self.dense_output.at(fraction * part)
+        self.dense_output.at_to(fraction * part, state);
     }
 
     /// The part of the step up to a time within it, with the same dense output.

@@ -173,12 +173,25 @@ pub(super) fn slices<T: Scalar, V: States<T>, const S: usize>(
 /// times an entry, added in their order.
 #[inline(always)]
 pub(super) fn product<T: Scalar, C: Entries<T>>(rows: usize, matrix: &[T], with: &C) -> C {
-    let (mut answer, rows) = (C::filled(with.entries().len(), T::zero()), rows.max(1));
-    let sums = answer.entries_mut().chunks_exact_mut(rows);
+    let mut answer = C::filled(with.entries().len(), T::zero());
+    product_to(rows, matrix, with, &mut answer);
+    answer
+}
+
+/// Such a product, written over as many columns.
+#[inline(always)]
+pub(super) fn product_to<T: Scalar, C: Entries<T>>(
+    rows: usize,
+    matrix: &[T],
+    with: &C,
+    to: &mut C,
+) {
+    let rows = rows.max(1);
+    to.entries_mut().fill(T::zero());
+    let sums = to.entries_mut().chunks_exact_mut(rows);
     for (sum, factors) in sums.zip(columns(with.entries(), rows)) {
         if rows < MANY { add(sum, matrix, factors) } else { add_many(sum, matrix, factors) }
     }
-    answer
 }
 
 /// Adds the columns of a matrix, each times a factor, in their order.

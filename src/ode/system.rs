@@ -170,8 +170,16 @@ pub trait Equations<T: Scalar, V: States<T>, K> {
     /// [`System::rate`], written over a vector.
     fn rate_to(&self, time: T, state: &V, branches: &Self::Contacts<Branch>, rate: &mut V);
 
+    /// [`System::sliding_velocities`], written over a value for each contact.
+    fn velocities_to(&self, time: T, state: &V, velocities: &mut Self::Contacts<T>);
+
     /// [`System::sliding_velocities`].
-    fn velocities(&self, time: T, state: &V) -> Self::Contacts<T>;
+    #[inline(always)]
+    fn velocities(&self, time: T, state: &V) -> Self::Contacts<T> {
+        let mut velocities = Self::Contacts::filled(self.contacts(), T::zero());
+        self.velocities_to(time, state, &mut velocities);
+        velocities
+    }
 
     /// [`System::linearised`].
     fn tangent(
@@ -223,8 +231,8 @@ impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize>
     }
 
     #[inline(always)]
-    fn velocities(&self, time: T, state: &SVector<T, N>) -> [T; K] {
-        self.sliding_velocities(time, state)
+    fn velocities_to(&self, time: T, state: &SVector<T, N>, velocities: &mut [T; K]) {
+        *velocities = self.sliding_velocities(time, state);
     }
 
     #[inline(always)]

@@ -188,7 +188,12 @@ impl<T: Scalar, V: States<T>> Tolerances<T, V> {
     /// The error allowed each state where it is found.
     #[inline]
     pub(super) fn at(&self, state: &V) -> V {
-        state.like(|i| self.absolute[i] + self.relative[i] * state[i].abs())
+        let mut allowed = state.clone();
+        let tolerances = self.absolute.entries().iter().zip(self.relative.entries());
+        for (x, (&absolute, &relative)) in allowed.entries_mut().iter_mut().zip(tolerances) {
+            *x = absolute + relative * x.abs();
+        }
+        allowed
     }
 }
 
