@@ -190,12 +190,10 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<
         let speed = Named("speed", speed).positive()?;
         let zero = T::zero();
         // The largest force along each axis.
-        let largest = Vector2::new(
-            Named("friction", self.contact().stationary_force(&Vector2::new(speed, zero)).x)
-                .positive()?,
-            Named("friction", self.contact().stationary_force(&Vector2::new(zero, speed)).y)
-                .positive()?,
-        );
+        let friction = |x, y| self.contact().stationary_force(&Vector2::new(x, y));
+        let largest = Vector2::new(friction(speed, zero).x, friction(zero, speed).y);
+        Named("friction", largest.x).positive()?;
+        Named("friction", largest.y).positive()?;
         let (centre, radius) = self.spread();
         let radius = Named("distance of the points", radius).positive()?;
         // About the centre, in units of force, radius and 1 W of the wrench.
