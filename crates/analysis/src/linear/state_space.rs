@@ -76,13 +76,17 @@ pub struct StateSpace<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> StateSpace<T, N> {
-    /// The system, if every entry is finite.
-    pub(super) fn finite(self) -> Checked<Self> {
+    /// Every entry of the four, with the name of its matrix.
+    pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, T)> {
         let dynamics = self.dynamics.iter().map(|&entry| ("dynamics", entry));
         let input = self.input.iter().map(|&entry| ("input", entry));
         let output = self.output.iter().map(|&entry| ("output", entry));
-        let feedthrough = core::iter::once(("feedthrough", self.feedthrough));
-        for (name, entry) in dynamics.chain(input).chain(output).chain(feedthrough) {
+        dynamics.chain(input).chain(output).chain([("feedthrough", self.feedthrough)])
+    }
+
+    /// The system, if every entry is finite.
+    pub(super) fn finite(self) -> Checked<Self> {
+        for (name, entry) in self.entries() {
             Named(name, entry).check(entry.is_finite(), Rule::Finite)?;
         }
         Ok(self)
