@@ -271,11 +271,6 @@ pub(super) struct Frozen<T: Scalar> {
 }
 
 impl<T: Scalar> Frozen<T> {
-    /// No motion of no bristles.
-    pub(super) fn still() -> Self {
-        Self { affine: Affine::none(), slip_velocity: T::zero(), transport: T::zero() }
-    }
-
     /// u = r v [m/s]
     #[inline]
     pub(super) fn drive(&self) -> T {

@@ -57,27 +57,21 @@ pub struct PatchStep<'a, T: Scalar, M, const N: usize, B, V = T, const A: usize 
 
 /// A step with its coefficients held, and the source and the damper that stand for it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Coupling<T: Scalar> {
+struct Coupling<T: Scalar> {
     frozen: Frozen<T>,
     duration: T,
-    pub(super) bias: T,
-    pub(super) damping: T,
+    bias: T,
+    damping: T,
 }
 
 impl<T: Scalar> Coupling<T> {
-    /// A step of no length.
-    pub(super) fn idle() -> Self {
-        let [duration, bias, damping] = [T::zero(); 3];
-        Self { frozen: Frozen::still(), duration, bias, damping }
-    }
-
     /// F̄ = bias + damping·v̄
-    pub(super) fn force(&self, mean_slip_velocity: T) -> T {
+    fn force(&self, mean_slip_velocity: T) -> T {
         self.bias + self.damping * mean_slip_velocity
     }
 
     /// Ends the step with a mean slip velocity that is finite.
-    pub(super) fn commit<const N: usize, B: Memory<T, N>>(
+    fn commit<const N: usize, B: Memory<T, N>>(
         &self,
         queue: &mut Queue<T, N, B>,
         mean_slip_velocity: T,
@@ -182,12 +176,14 @@ where
         duration: T,
     ) -> Checked<PatchStep<'_, T, M, N, B, V, A>> {
         let duration = Named("duration", duration).non_negative()?;
-        let mut couplings = [Coupling::idle(); A];
         let all = self.frozen(predicted)?;
         let stiffness = self.patch.model().stiffness_of_axes();
-        let axes = self.queues.iter_mut().zip(stiffness).zip(all);
-        for (((queue, stiffness), frozen), coupling) in axes.zip(&mut couplings) {
-            *coupling = self.patch.coupling(queue, stiffness, frozen, duration)?;
+        let Self { patch, queues, .. } = &mut *self;
+        let coupling = |i: usize| patch.coupling(&mut queues[i], stiffness[i], all[i], duration);
+        let couplings = core::array::from_fn::<_, A, _>(coupling);
+        for Coupling { bias, damping, .. } in couplings {
+            finite("bias", bias)?;
+            finite("damping", damping)?;
         }
         Ok(PatchStep { rolling: self, couplings })
     }
@@ -209,13 +205,13 @@ where
 /// A patch and the bristles of one axis, of a stiffness K [1/m].
 impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     /// The numbers of [`ExactPatch::companion_step`].
-    pub(super) fn coupling<B: Memory<T, N>>(
+    fn coupling<B: Memory<T, N>>(
         &self,
         queue: &mut Queue<T, N, B>,
         stiffness: T,
         frozen: Frozen<T>,
         duration: T,
-    ) -> Checked<Coupling<T>> {
+    ) -> Coupling<T> {
         let Frozen { affine, transport, .. } = frozen;
         queue.make_room(transport * duration);
         let [free, driven, kept] = self.mean_deflections(queue, &affine, transport, duration);
@@ -226,37 +222,19 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let damping = weight * (stiffness * affine.drive * driven + beyond);
         // A rounding, where a stiffness varies.
         let damping = if damping < T::zero() { T::zero() } else { damping };
-        finite("bias", bias)?;
-        finite("damping", damping)?;
-        Ok(Coupling { frozen, duration, bias, damping })
+        Coupling { frozen, duration, bias, damping }
     }
 
-    /// Ends a step with a mean slip velocity that is finite, with an account.
-    pub(super) fn commit_with_ledger<B: Memory<T, N>>(
-        &self,
-        queue: &mut Queue<T, N, B>,
-        stiffness: T,
-        coupling: &Coupling<T>,
-        mean_slip_velocity: T,
-    ) -> PatchLedger<T> {
-        let drive = coupling.frozen.affine.drive * mean_slip_velocity;
-        let outlet = self.outlet_loss(queue, stiffness, coupling, drive);
-        let before = self.stored_in(queue, stiffness);
-        let force = coupling.commit(queue, mean_slip_velocity);
-        let stored = self.stored_in(queue, stiffness) - before;
-        let work = coupling.duration * force * mean_slip_velocity;
-        PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
-    }
-
-    /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.
+    /// (L/2) Σ0(1) V ∫ z(1, t)² dt over a step with a mean slip velocity.
     fn outlet_loss<B: Memory<T, N>>(
         &self,
         queue: &Queue<T, N, B>,
         stiffness: T,
         coupling: &Coupling<T>,
-        drive: T,
+        mean_slip_velocity: T,
     ) -> T {
         let &Coupling { frozen: Frozen { affine, transport, .. }, duration, .. } = coupling;
+        let drive = affine.drive * mean_slip_velocity;
         let one = T::one();
         let reach = transport * duration;
         let mut squares = T::zero();
@@ -340,7 +318,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     }
 
     /// W = (L/2) ∫ K p z² dξ \[J\]
-    pub(super) fn stored_in<B: Memory<T, N>>(&self, queue: &Queue<T, N, B>, stiffness: T) -> T {
+    fn stored_in<B: Memory<T, N>>(&self, queue: &Queue<T, N, B>, stiffness: T) -> T {
         let mut sum = T::zero();
         queue.over_bristles(self.pressure(), |_, z, load| sum += load * z * z);
         let half = lit::<T>(0.5) * stiffness;
@@ -415,7 +393,13 @@ where
         let ExactPatch { patch, queues, .. } = self.rolling;
         let stiffness = patch.model().stiffness_of_axes();
         Ok(core::array::from_fn(|i| {
-            patch.commit_with_ledger(&mut queues[i], stiffness[i], &self.couplings[i], mean[i])
+            let (queue, coupling, stiffness) = (&mut queues[i], &self.couplings[i], stiffness[i]);
+            let outlet = patch.outlet_loss(queue, stiffness, coupling, mean[i]);
+            let before = patch.stored_in(queue, stiffness);
+            let force = coupling.commit(queue, mean[i]);
+            let stored = patch.stored_in(queue, stiffness) - before;
+            let work = coupling.duration * force * mean[i];
+            PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
         }))
     }
 }

@@ -17,7 +17,7 @@
 //! "Low-latency sliding-window aggregation in worst-case constant time", DEBS 2017.
 
 mod coupling;
-mod profile;
+pub(crate) mod profile;
 mod queue;
 mod smooth;
 
@@ -270,8 +270,11 @@ where
         let duration = Named("duration", duration).non_negative()?;
         let all = self.frozen(motion)?;
         let Self { patch, queues, .. } = self;
-        let axis = |i: usize| patch.step_in(&mut queues[i], &all[i], duration);
-        Ok(V::of_axes(core::array::from_fn(axis)))
+        Ok(V::of_axes(core::array::from_fn(|i| {
+            let (queue, frozen) = (&mut queues[i], &all[i]);
+            queue.roll(frozen, frozen.drive(), duration);
+            patch.force_of(queue, &frozen.affine, frozen.slip_velocity)
+        })))
     }
 
     /// The coefficients and the motion of each axis.
@@ -282,7 +285,8 @@ where
         let axes = M::each(self.patch.contact(), slip_velocity, |_, contact, slip_velocity| {
             self.patch.frozen(contact, Motion { slip_velocity, rolling_speed })
         });
-        let mut all = [Frozen::still(); A];
+        let zero = T::zero();
+        let mut all = [Frozen { affine: Affine::none(), slip_velocity: zero, transport: zero }; A];
         for (frozen, axis) in all.iter_mut().zip(axes) {
             *frozen = axis?;
         }
@@ -351,17 +355,6 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
 
 /// A patch and the bristles of one axis.
 impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
-    #[inline]
-    fn step_in<B: Memory<T, N>>(
-        &self,
-        queue: &mut Queue<T, N, B>,
-        frozen: &Frozen<T>,
-        duration: T,
-    ) -> T {
-        queue.roll(frozen, frozen.drive(), duration);
-        self.force_of(queue, &frozen.affine, frozen.slip_velocity)
-    }
-
     fn moment_of<B: Memory<T, N>>(
         &self,
         queue: &Queue<T, N, B>,
