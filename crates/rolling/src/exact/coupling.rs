@@ -33,10 +33,10 @@ use super::queue::Queue;
 use super::{ExactPatch, Memory};
 use crate::axes::{OfAxes, PatchModel};
 use crate::moments::phi1;
-use crate::patch::{Frozen, finite};
+use crate::patch::Frozen;
 use crate::quadrature::{integrate, integrate_gentle};
-use crate::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{Checked, Named};
+use crate::{Patch, PolynomialExponential, Pressure};
+use bristle::parameter::Checked;
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Scalar};
@@ -51,17 +51,17 @@ use bristle::{Affine, Scalar};
 #[derive(Debug)]
 #[must_use = "the bristles move when it is committed"]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B, V = T, const A: usize = 1> {
-    rolling: &'a mut ExactPatch<T, M, N, B, V, A>,
-    couplings: [Coupling<T>; A],
+    pub(super) rolling: &'a mut ExactPatch<T, M, N, B, V, A>,
+    pub(super) couplings: [Coupling<T>; A],
 }
 
 /// A step with its coefficients held, and the source and the damper that stand for it.
 #[derive(Debug, Clone, Copy)]
-struct Coupling<T: Scalar> {
+pub(super) struct Coupling<T: Scalar> {
     frozen: Frozen<T>,
     duration: T,
-    bias: T,
-    damping: T,
+    pub(super) bias: T,
+    pub(super) damping: T,
 }
 
 impl<T: Scalar> Coupling<T> {
@@ -101,111 +101,10 @@ pub struct PatchLedger<T> {
     pub volume: T,
 }
 
-impl<T, M, const N: usize, B, V, const A: usize> ExactPatch<T, M, N, B, V, A>
-where
-    T: Scalar,
-    M: PatchModel<T, V, A>,
-    B: Memory<T, N>,
-    V: OfAxes<T, A>,
-{
-    /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from
-    /// a motion predicted for its middle.
-    ///
-    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs three
-    /// to eight plain ones of [`ExactPatch::step`] at a thousand steps a crossing, and nine to
-    /// seventeen at a hundred, where what leaves takes more quadrature nodes.
-    ///
-    /// A wheel of inertia J and radius R on a drum, under a drive torque τ: J (ω₁ − ω)/h = τ + R
-    /// F̄ with v̄ = v_x − R ω̄ is solved for the mean ω̄.
-    ///
-    /// ```
-    /// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::{FrBd, paper};
-    /// use bristle::curve::Stribeck;
-    /// use bristle::rheology::KelvinVoigt;
-    ///
-    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
-    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
-    /// let tyre = Patch::new(PatchParameters {
-    ///     model: FrBd::new(curve, bristle),
-    ///     length: 0.1,
-    ///     pressure: PolynomialExponential::constant(),
-    /// })?
-    /// .under_load(4000.0)?; // N
-    /// let mut patch = tyre.exact_in(100)?;
-    /// let (inertia, radius) = (1.0, 0.3); // kg m², m
-    /// let (drum, torque, h) = (20.0, -200.0, 5e-3); // m/s, N m, s
-    /// let mut spin = drum / radius; // rad/s: rolling freely
-    /// let mut expected = spin;
-    /// for _ in 0..200 {
-    ///     let motion = Motion {
-    ///         slip_velocity: drum - expected * radius,
-    ///         rolling_speed: expected * radius,
-    ///     };
-    ///     let step = patch.companion_step(motion, h)?;
-    ///     let pull = step.bias() + step.damping() * drum;
-    ///     let mean = (2.0 * inertia / h * spin + torque + radius * pull)
-    ///         / (2.0 * inertia / h + step.damping() * radius * radius);
-    ///     step.commit(drum - mean * radius)?;
-    ///     let next = 2.0 * mean - spin;
-    ///     expected = 1.5 * next - 0.5 * spin; // the middle of the next step
-    ///     spin = next;
-    /// }
-    /// // The tyre carries the torque.
-    /// assert!((patch.force(drum - spin * radius) - 200.0 / 0.3).abs() < 0.01);
-    /// # Ok::<(), bristle::ParameterError>(())
-    /// ```
-    ///
-    /// # Bounds
-    ///
-    /// The energy balance holds for every prediction. The bounds of deflection and force hold
-    /// while v̄ is the slip velocity predicted. Where it is not, as when a wheel locks within a
-    /// long step, the mean force may exceed F_z max μ, and bristles their limit until they leave.
-    /// Then solve again with the v̄ found, or take shorter steps.
-    ///
-    /// A step that pushes bristles which entered since the last rebuild over the outlet rebuilds
-    /// the queue, even if it is dropped: see [`ExactPatch`] on time.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and
-    /// what gives a bias or a damping that is not finite; the patch is as it was.
-    pub fn companion_step(
-        &mut self,
-        predicted: Motion<V, T>,
-        duration: T,
-    ) -> Checked<PatchStep<'_, T, M, N, B, V, A>> {
-        let duration = Named("duration", duration).non_negative()?;
-        let all = self.frozen(predicted)?;
-        let stiffness = self.patch.model().stiffness_of_axes();
-        let Self { patch, queues, .. } = &mut *self;
-        let coupling = |i: usize| patch.coupling(&mut queues[i], stiffness[i], all[i], duration);
-        let couplings = core::array::from_fn::<_, A, _>(coupling);
-        for Coupling { bias, damping, .. } in couplings {
-            finite("bias", bias)?;
-            finite("damping", damping)?;
-        }
-        Ok(PatchStep { rolling: self, couplings })
-    }
-
-    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\], with the pressure p under
-    /// the reference load. The time is proportional to the number of segments.
-    pub fn stored_energy(&self) -> T {
-        let axes = self.queues.iter().zip(self.patch.model().stiffness_of_axes());
-        axes.fold(T::zero(), |sum, (queue, k)| sum + self.patch.stored_in(queue, k))
-    }
-
-    /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
-    /// to the number of segments.
-    pub fn deflection(&self, place: T) -> V {
-        V::of_axes(self.queues.each_ref().map(|queue| queue.deflection(place)))
-    }
-}
-
 /// A patch and the bristles of one axis, of a stiffness K [1/m].
 impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     /// The numbers of [`ExactPatch::companion_step`].
-    fn coupling<B: Memory<T, N>>(
+    pub(super) fn coupling<B: Memory<T, N>>(
         &self,
         queue: &mut Queue<T, N, B>,
         stiffness: T,
@@ -318,7 +217,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     }
 
     /// W = (L/2) ∫ K p z² dξ \[J\]
-    fn stored_in<B: Memory<T, N>>(&self, queue: &Queue<T, N, B>, stiffness: T) -> T {
+    pub(super) fn stored_in<B: Memory<T, N>>(&self, queue: &Queue<T, N, B>, stiffness: T) -> T {
         let mut sum = T::zero();
         queue.over_bristles(self.pressure(), |_, z, load| sum += load * z * z);
         let half = lit::<T>(0.5) * stiffness;
