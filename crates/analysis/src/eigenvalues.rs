@@ -146,10 +146,8 @@ fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
             let unit = ComplexField::powi(2.0, ComplexField::round(exponent) as i32);
             if column * unit + row / unit < 0.95 * (column + row) {
                 settled = false;
-                for j in 0..N {
-                    a[(j, i)] *= unit;
-                    a[(i, j)] /= unit;
-                }
+                a.column_mut(i).scale_mut(unit);
+                a.row_mut(i).unscale_mut(unit);
             }
         }
         if settled {

@@ -101,7 +101,7 @@ pub struct PatchParameters<T, M, P> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch<T, M, P> {
-    contact: Contact<T, M>,
+    pub(super) contact: Contact<T, M>,
     length: T,
     pressure: P,
     /// L ∫p dξ of the pressure as it was given \[N\].
@@ -152,11 +152,6 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         let given = Named("total pressure", self.given).positive()?;
         self.factor = normal_force / given;
         self.contact.renew_load(normal_force)
-    }
-
-    /// Changes the normal force.
-    pub(super) fn change_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
-        self.contact.change_load(normal_force)
     }
 
     /// The friction model under the normal force F_z and the reference load.

@@ -198,9 +198,7 @@ fn solve<T: Scalar, const N: usize>(
 ) -> Option<SVector<Complex<T>, N>> {
     // Sum of the moduli of the terms in each entry.
     let mut terms = matrix.map(ComplexField::norm1);
-    let mut scales = SVector::<T, N>::from_fn(|i, _| {
-        terms.row(i).iter().fold(T::zero(), |most, &term| most.larger(term))
-    });
+    let mut scales = SVector::<T, N>::from_fn(|i, _| terms.row(i).amax());
     for k in 0..N {
         let weigh = |i: usize| (i, matrix[(i, k)].norm1() / scales[i]);
         let (best, _) = (k..N).map(weigh).reduce(|a, b| if b.1 > a.1 { b } else { a })?;

@@ -220,7 +220,7 @@ where
     /// Refuses a normal force that is negative or not finite, and a positive one on a patch without
     /// a reference load; the patch is as it was.
     pub fn reload(&mut self, normal_force: T, slip_velocity: V) -> Checked<Reloaded<T, ()>> {
-        let change = self.patch.change_load(normal_force)?;
+        let change = self.patch.contact.change_load(normal_force)?;
         if change.after >= change.before {
             return Ok(Reloaded { deflection: (), dissipated: T::zero() });
         }
