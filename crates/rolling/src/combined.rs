@@ -24,7 +24,7 @@
 use nalgebra::SVector;
 
 use super::axes::OfAxes as _;
-use super::patch::{Crossing, coefficients, slopes};
+use super::patch::{coefficients, slopes};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
 use bristle::Scalar;
 use bristle::parameter::Checked;
@@ -106,8 +106,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     {
         let Motion { slip_velocity: v, rolling_speed } = motion;
         let (axes, gradient) = self.model().axes_and_slopes(&v.finite("slip_velocity")?);
-        let Crossing { transport, .. } =
-            self.rolling(Motion { slip_velocity: T::zero(), rolling_speed })?;
+        let transport = self.rolling(Motion { slip_velocity: T::zero(), rolling_speed })?;
         for (axis, &slip_velocity) in axes.iter().zip(&v) {
             coefficients(&self.contact().with_model(axis.clone()), slip_velocity)?;
         }
