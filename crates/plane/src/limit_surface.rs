@@ -92,13 +92,10 @@ impl<T: Scalar> FrictionEllipsoid<T> {
     /// From L, if there is one, of a matrix that an error tells of.
     pub(crate) fn of_factor(factor: Option<Matrix3<T>>, matrix: Matrix3<T>) -> Checked<Self> {
         let factor = factor.and_then(|factor| Some((factor, factor.try_inverse()?)));
-        match factor.filter(|(_, inverse)| inverse.iter().all(|x| x.is_finite())) {
-            Some((factor, inverse)) => Ok(Self { factor, inverse }),
-            None => {
-                let rule = Rule::Stated("be that of a finite, positive definite matrix");
-                Err(Named("determinant", matrix.determinant()).refused(rule))
-            }
-        }
+        let found = factor.filter(|(_, inverse)| inverse.iter().all(|x| x.is_finite()));
+        let rule = Rule::Stated("be that of a finite, positive definite matrix");
+        let refused = || Named("determinant", matrix.determinant()).refused(rule);
+        found.map(|(factor, inverse)| Self { factor, inverse }).ok_or_else(refused)
     }
 
     /// Of the full friction force p μ \[N\], equal in all directions, and the radius R \[m\] of the

@@ -422,13 +422,11 @@ impl<T: Scalar> Line<T> {
         let cells = self.next.len() - 1;
         let most = lit::<T>(cells as f64 + 1.0);
         let forward = courant > zero;
-        let mut shift = cut(courant, -most, most);
+        let shift = cut(courant, -most, most);
         // A whole number of cells but for rounding is one.
         let whole = shift.round();
         let exact = (shift - whole).abs() <= T::default_epsilon() * lit::<T>(8.0) * shift.abs();
-        if exact {
-            shift = whole;
-        }
+        let shift = if exact { whole } else { shift };
         let floor = (-shift).floor();
         let part = -shift - floor;
         let offset = to_f64(floor) as isize;
