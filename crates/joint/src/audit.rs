@@ -84,10 +84,9 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
         Named("external_torque", external_torque).positive()?;
         let (zero, one) = (T::zero(), T::one());
         let direction = Branch::locked(velocity);
-        let coefficient = |mu: T| self.friction_scale() * mu.abs();
-        let static_coefficient =
-            coefficient(self.model().stationary_coefficient(direction.of(zero)));
-        let mu = coefficient(self.model().stationary_coefficient(velocity));
+        let coefficient = |v| self.friction_scale() * self.model().stationary_coefficient(v).abs();
+        let static_coefficient = coefficient(direction.of(zero));
+        let mu = coefficient(velocity.into());
         let law = self.law().parameters();
         let (motor, external) = (mu * law.motor_share, mu * law.external_share);
         let static_locking = static_coefficient * law.external_share;

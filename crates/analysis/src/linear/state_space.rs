@@ -94,19 +94,16 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
 
     /// The transfer function G(s) = C (sI − A)⁻¹ B + D; not finite at a pole, D at infinity.
     pub fn transfer(&self, s: Complex<T>) -> Complex<T> {
-        let infinite = |x: T| x.abs() >= T::one() / T::zero();
-        if infinite(s.re) || infinite(s.im) {
-            return Complex::new(self.feedthrough, T::zero());
+        let direct = Complex::from(self.feedthrough);
+        if s.re.abs() >= T::unlimited() || s.im.abs() >= T::unlimited() {
+            return direct;
         }
         let shifted = SMatrix::<Complex<T>, N, N>::from_fn(|i, j| {
-            let entry = Complex::new(-self.dynamics[(i, j)], T::zero());
+            let entry = Complex::from(-self.dynamics[(i, j)]);
             if i == j { entry + s } else { entry }
         });
-        let states = solve(shifted, self.input.map(|entry| Complex::new(entry, T::zero())));
-        let direct = Complex::new(self.feedthrough, T::zero());
-        let Some(states) = states else {
-            let pole = T::one() / T::zero();
-            return Complex::new(pole, pole);
+        let Some(states) = solve(shifted, self.input.map(Complex::from)) else {
+            return Complex::new(T::unlimited(), T::unlimited());
         };
         self.output.iter().zip(&states).fold(direct, |sum, (&c, &x)| sum + x * c)
     }
