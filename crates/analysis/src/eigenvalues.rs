@@ -6,7 +6,7 @@
 //! Source: G. H. Golub, C. F. Van Loan, "Matrix Computations", 4th edition (Johns Hopkins, 2013),
 //! section 7.5.
 
-use nalgebra::{Complex, ComplexField, SMatrix};
+use nalgebra::{Complex, ComplexField, SMatrix, SVector};
 
 /// QR steps per eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 60;
@@ -23,17 +23,16 @@ pub(crate) fn eigenvalues<const N: usize>(
         return None;
     }
     // In units of the largest entry squares neither overflow nor vanish.
-    let unit = matrix.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
+    let unit = matrix.amax();
     if unit == 0.0 {
         return Some(values);
     }
     let mut a = balanced(matrix / unit);
-    for k in 2..N {
-        let column: [f64; N] =
-            core::array::from_fn(|i| if i + k > N { 0.0 } else { a[(i + k - 1, k - 2)] });
-        reflect(&mut a, k - 1, column.get(..N + 1 - k)?);
+    for k in 1..N.saturating_sub(1) {
+        let below = SVector::from_fn(|i, _| if i < k { 0.0 } else { a[(i, k - 1)] });
+        reflect(&mut a, k, below);
     }
-    let whole = ComplexField::sqrt(a.iter().map(|entry| entry * entry).sum::<f64>());
+    let whole = a.norm();
     let (mut end, mut steps) = (N, 0);
     while let Some(last) = end.checked_sub(1) {
         // The block that ends at `last` starts where the entry below the diagonal vanishes.
@@ -96,42 +95,37 @@ fn double_step<const N: usize>(
         (one + other, one * other - a[(last - 1, last)] * below(last - 1))
     };
     let (one, next) = (a[(first, first)], a[(first + 1, first + 1)]);
-    let column = [
-        one * (one - sum) + a[(first, first + 1)] * below(first) + product,
-        below(first) * (one + next - sum),
-        below(first) * below(first + 1),
-    ];
-    reflect(a, first, &column);
+    let mut column = SVector::zeros();
+    column[first] = one * (one - sum) + a[(first, first + 1)] * below(first) + product;
+    column[first + 1] = below(first) * (one + next - sum);
+    column[first + 2] = below(first) * below(first + 1);
+    reflect(a, first, column);
     // The entries that this made below the Hessenberg form are chased down.
     for k in first..last - 1 {
-        let bulge = [a[(k + 1, k)], a[(k + 2, k)], if k + 3 > last { 0.0 } else { a[(k + 3, k)] }];
-        reflect(a, k + 1, bulge.get(..last - k).unwrap_or(&bulge));
-        for i in k + 2..=last.min(k + 3) {
+        let end = last.min(k + 3);
+        let bulge = |i, _| if i > k && i <= end { a[(i, k)] } else { 0.0 };
+        reflect(a, k + 1, SVector::from_fn(bulge));
+        for i in k + 2..=end {
             a[(i, k)] = 0.0;
         }
     }
 }
 
-/// A ← H A H with the reflection H of rows and columns from `start` on that turns a vector into a
-/// multiple of its first axis.
-fn reflect<const N: usize>(a: &mut SMatrix<f64, N, N>, start: usize, vector: &[f64]) {
-    let size = vector.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
+/// A ← H A H with the reflection H that turns a vector, zero before `start`, into a multiple of the
+/// axis `start`.
+fn reflect<const N: usize>(a: &mut SMatrix<f64, N, N>, start: usize, vector: SVector<f64, N>) {
+    let size = vector.amax();
     if !(size > 0.0) {
         return;
     }
     // H = I − 2 u uᵀ/(uᵀu) with u = x + sgn(x₀)|x| e₀
-    let mut u: [f64; N] = core::array::from_fn(|i| vector.get(i).map_or(0.0, |x| x / size));
-    let norm = |u: &[f64; N]| u.iter().map(|x| x * x).sum::<f64>();
-    u[0] += ComplexField::sqrt(norm(&u)).copysign(u[0]);
-    let (scale, rows) = (2.0 / norm(&u), 0..vector.len());
-    for j in 0..N {
-        let sum = scale * rows.clone().map(|i| u[i] * a[(start + i, j)]).sum::<f64>();
-        rows.clone().for_each(|i| a[(start + i, j)] -= sum * u[i]);
-    }
-    for i in 0..N {
-        let sum = scale * rows.clone().map(|j| u[j] * a[(i, start + j)]).sum::<f64>();
-        rows.clone().for_each(|j| a[(i, start + j)] -= sum * u[j]);
-    }
+    let mut u = vector / size;
+    u[start] += u.norm().copysign(u[start]);
+    let scale = 2.0 / u.norm_squared();
+    let columns = u.tr_mul(a) * scale;
+    *a -= u * columns;
+    let rows = *a * u * scale;
+    *a -= rows * u.transpose();
 }
 
 /// The matrix in units (powers of two) in which row and column i are of similar size: a micrometre
@@ -152,10 +146,8 @@ fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
             let unit = ComplexField::powi(2.0, ComplexField::round(exponent) as i32);
             if column * unit + row / unit < 0.95 * (column + row) {
                 settled = false;
-                for j in 0..N {
-                    a[(j, i)] *= unit;
-                    a[(i, j)] /= unit;
-                }
+                a.column_mut(i).scale_mut(unit);
+                a.row_mut(i).unscale_mut(unit);
             }
         }
         if settled {

@@ -179,7 +179,7 @@ mod tests {
             stiffness: lit(1e4),
             damping: lit(64.5),
         });
-        let source = Material { curve, axes };
+        let source = Material { curve, axes, ellipsoid: false };
         let velocities: [_; N] = core::array::from_fn(|axis| column(0.021 + 0.003 * axis as f64));
         let deflections: [_; N] = core::array::from_fn(|axis| column(0.013 + 0.001 * axis as f64));
         let loads = column::<T>(0.017).map(|load| load.abs());

@@ -89,11 +89,7 @@ fn only<T: Real, const N: usize>(column: [T; N]) -> T {
 /// The column that [`only`] reads.
 #[inline(always)]
 fn alone<T: Real, const N: usize>(value: T) -> [T; N] {
-    let mut column = [T::zero(); N];
-    if let Some(first) = column.first_mut() {
-        *first = value;
-    }
-    column
+    core::array::from_fn(|axis| if axis == 0 { value } else { T::zero() })
 }
 
 /// The normal force; NaN for a negative one.
@@ -230,7 +226,7 @@ impl<T: Real, const N: usize> Operation<T, N, 4, 2> for Reload<T> {
             stored += lit::<T>(0.5) * reference * (carried * z);
         }
         // One axis needs no root, and loses no small number.
-        let utilisation = if N > 1 && material.is_ellipsoid() { square.sqrt() } else { largest };
+        let utilisation = if N > 1 && material.ellipsoid { square.sqrt() } else { largest };
         let (held, share) = (one / utilisation, to / from);
         let slips = if held <= share { share } else { held };
         let kept = if to >= from || utilisation <= one { one } else { slips };
@@ -248,13 +244,12 @@ impl<T: Real, const N: usize> Operation<T, N, 4, 2> for Reload<T> {
         let (from, to) = (load(before), load(after));
         let (reference, scale) = self.0.loaded(to, reference);
         let carried = model.stiffness * z;
-        let kept = if !touches(from, to) {
-            T::zero()
-        } else if to >= from || carried == T::zero() {
-            T::one()
+        let surface = Surface::scaled(velocity, scale);
+        let kept = if touches(from, to) {
+            let change = LoadChange { before: from, after: to };
+            model.object.kept(change, surface, carried)
         } else {
-            let holds = model.object.holds(Surface::scaled(velocity, scale), carried);
-            LoadChange { before: from, after: to }.kept(carried.size() / holds)
+            T::zero()
         };
         let stored = lit::<T>(0.5) * reference * (carried * z);
         [z * kept, Self::left([from, to], kept, stored)]

@@ -431,8 +431,8 @@ impl<'a, T: Real> Batch<'a, T> {
     /// Refuses a model of its own, which has one axis.
     pub fn isotropic<const N: usize>(self) -> Result<Batch<'a, T, N>, BatchError> {
         let bristles = match self.bristles {
-            Bristles::Shared(Material { curve, axes: [axis] }) => {
-                Bristles::Shared(Material { curve, axes: [axis; N] })
+            Bristles::Shared(Material { curve, axes: [axis], ellipsoid }) => {
+                Bristles::Shared(Material { curve, axes: [axis; N], ellipsoid })
             }
             Bristles::Each(columns) => Bristles::Each(columns),
             Bristles::Own(_) => {

@@ -4,13 +4,13 @@
 
 use super::BatchError;
 use super::real::{self, Real};
-use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck};
+use bristle::curve::{AnyCurve, Coulomb, FrictionCurve, RationalStribeck, Stribeck};
 use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::KelvinVoigt;
 use bristle::scalar::lit;
-use bristle::{Affine, AnyBristle, Bristle, Dahl, DahlParameters, Form, FrBd, Surface};
-use bristle_plane::PlaneFrBd;
+use bristle::{Affine, AnyBristle, Bristle, Dahl, DahlParameters, Form, FrBd, LoadChange, Surface};
+use bristle_plane::{PlaneBristle, PlaneFrBd};
 use core::fmt::Debug;
 pub(super) use sealed::{AxisMaterial, Material, Valley};
 
@@ -113,22 +113,6 @@ impl<T: Real, const N: usize> Material<T, N> {
     pub(super) fn most(&self, speed: T) -> T {
         self.curve.dynamic + self.curve.drop + self.curve.viscous * speed
     }
-
-    /// Whether a deflection within the ellipsoid of friction stays there: the axes relax alike, to
-    /// a few roundings.
-    #[inline(always)]
-    pub(super) fn is_ellipsoid(&self) -> bool {
-        let near = |a: T, b: T| (a - b).size() <= lit::<T>(8.0) * T::default_epsilon() * b.size();
-        let quotients = |axis: &AxisMaterial<T>| {
-            [axis.square() * axis.compliance(), axis.damping * axis.compliance()]
-        };
-        let mut alike = true;
-        for axis in &self.axes {
-            let ([first, damping], [other, damped]) = (quotients(&self.axes[0]), quotients(axis));
-            alike &= near(first, other) && near(damping, damped);
-        }
-        alike
-    }
 }
 
 impl<T: Real> Valley<T> {
@@ -217,6 +201,8 @@ pub(super) mod sealed {
     pub struct Material<T, const N: usize> {
         pub(crate) curve: Valley<T>,
         pub(crate) axes: [AxisMaterial<T>; N],
+        /// Whether a deflection within the ellipsoid of friction stays there: the axes relax alike.
+        pub(crate) ellipsoid: bool,
     }
 
     /// A model that a batch can compute.
@@ -280,16 +266,22 @@ impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
 impl<T: Real, C: sealed::Curve<T>> sealed::Model<T, 1> for FrBd<C, KelvinVoigt<T>> {
     fn material(&self) -> Checked<(Fall, Material<T, 1>)> {
         let (fall, curve) = self.curve().curve()?;
-        Ok((fall, Material { curve, axes: [AxisMaterial::of(T::one(), self.rheology())] }))
+        let axes = [AxisMaterial::of(T::one(), self.rheology())];
+        Ok((fall, Material { curve, axes, ellipsoid: true }))
     }
 }
 
-impl<T: Real, C: sealed::Curve<T>, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N> {
+impl<T, C, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N>
+where
+    T: Real,
+    C: sealed::Curve<T> + FrictionCurve<T>,
+{
     fn material(&self) -> Checked<(Fall, Material<T, N>)> {
         let (fall, curve) = self.curve().curve()?;
         let axes = self.bristles();
         let axes = axes.map(|axis| AxisMaterial::of(axis.friction_ratio, &axis.bristle));
-        Ok((fall, Material { curve, axes }))
+        let ellipsoid = self.limits(T::zero()).ellipsoid;
+        Ok((fall, Material { curve, axes, ellipsoid }))
     }
 }
 
@@ -299,7 +291,7 @@ impl<T: Real> sealed::Model<T, 1> for Dahl<T> {
         let DahlParameters { dynamic_coefficient, micro_stiffness } = self.parameters();
         let curve = Valley::flat(dynamic_coefficient, T::zero());
         let axes = [AxisMaterial::plain(micro_stiffness, T::zero())];
-        Ok((Fall::Rational, Material { curve, axes }))
+        Ok((Fall::Rational, Material { curve, axes, ellipsoid: true }))
     }
 }
 
@@ -353,7 +345,8 @@ pub(super) trait Own<T>: Debug + Sync {
     /// Deflection after an exact step, and mean coefficient.
     fn hold(&self, surface: Surface<T>, deflection: T, duration: T) -> (T, T);
     fn stationary(&self, surface: Surface<T>) -> T;
-    fn holds(&self, surface: Surface<T>, carried: T) -> T;
+    /// The share of a deflection that is kept under another load.
+    fn kept(&self, change: LoadChange<T>, surface: Surface<T>, carried: T) -> T;
 }
 
 impl<T: Real, M: Bristle<T, Deflection = T> + Sync> Own<T> for M {
@@ -370,8 +363,8 @@ impl<T: Real, M: Bristle<T, Deflection = T> + Sync> Own<T> for M {
         Bristle::stationary(self, surface)
     }
 
-    fn holds(&self, surface: Surface<T>, carried: T) -> T {
-        self.holding_coefficient(surface, carried)
+    fn kept(&self, change: LoadChange<T>, surface: Surface<T>, carried: T) -> T {
+        change.kept_by(self, surface, carried)
     }
 }
 
@@ -394,9 +387,9 @@ pub(super) struct Alike<T, const N: usize>(pub(super) Material<T, N>);
 impl<T: Real, const N: usize> Source<T, N, 0> for Alike<T, N> {
     #[inline(always)]
     fn material(&self, _: [T; 0]) -> Material<T, N> {
-        let Self(Material { curve, axes }) = *self;
+        let Self(material) = *self;
         let plain = |axis: AxisMaterial<T>| AxisMaterial::plain(axis.stiffness, axis.damping);
-        Material { curve, axes: axes.map(plain) }
+        Material { axes: material.axes.map(plain), ..material }
     }
 }
 
@@ -411,6 +404,7 @@ impl<T: Real, const N: usize> Source<T, N, 6> for Stored {
         [static_, dynamic, velocity, viscous, stiffness, damping]: [T; 6],
     ) -> Material<T, N> {
         let curve = Valley::new([static_, dynamic, velocity, viscous]);
-        Material { curve, axes: [AxisMaterial::plain(stiffness, damping); N] }
+        let axes = [AxisMaterial::plain(stiffness, damping); N];
+        Material { curve, axes, ellipsoid: true }
     }
 }

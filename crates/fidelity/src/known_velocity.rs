@@ -230,11 +230,8 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
         steps: u32,
         costs: (f64, f64),
     ) -> Checked<Run> {
-        let mut z = if self.steady {
-            contact.stationary(self.velocity.value(T::zero()))
-        } else {
-            N::Deflection::fill(T::zero())
-        };
+        let steady = self.steady.then(|| contact.stationary(self.velocity.value(T::zero())));
+        let mut z = steady.unwrap_or_else(|| N::Deflection::fill(T::zero()));
         let mut run = Run::default();
         for span in self.answers.spans() {
             for (step, look, _) in each_step(span, steps, |from, to| self.next_kink(from, to)) {

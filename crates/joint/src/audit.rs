@@ -84,16 +84,14 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
         Named("external_torque", external_torque).positive()?;
         let (zero, one) = (T::zero(), T::one());
         let direction = Branch::locked(velocity);
-        let coefficient = |mu: T| self.friction_scale() * mu.abs();
-        let static_coefficient =
-            coefficient(self.model().stationary_coefficient(direction.of(zero)));
-        let mu = coefficient(self.model().stationary_coefficient(velocity));
+        let coefficient = |v| self.friction_scale() * self.model().stationary_coefficient(v).abs();
+        let static_coefficient = coefficient(direction.of(zero));
+        let mu = coefficient(velocity.into());
         let law = self.law().parameters();
         let (motor, external) = (mu * law.motor_share, mu * law.external_share);
         let static_locking = static_coefficient * law.external_share;
         let slack = one - static_locking;
         let idle = self.law().load(GearTorques { motor: zero, external: zero });
-        let positive = |value: T| if value > zero { value } else { zero };
         let driving_torque = self.driving_torque(velocity, external_torque);
         let braking_torque = self.braking_torque(velocity, external_torque);
         Ok(GearAudit {
@@ -106,10 +104,10 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
             back_driving_torque: (slack > zero).then(|| static_coefficient * idle / slack),
             driving_torque,
             driving_efficiency: driving_torque.map(|torque| external_torque / torque),
-            largest_driving_efficiency: positive((one - motor) / (one + external)),
+            largest_driving_efficiency: zero.larger((one - motor) / (one + external)),
             braking_torque,
             braking_efficiency: braking_torque.map(|torque| torque / external_torque),
-            largest_braking_efficiency: positive((one - external) / (one + motor)),
+            largest_braking_efficiency: zero.larger((one - external) / (one + motor)),
         })
     }
 }

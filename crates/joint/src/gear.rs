@@ -375,23 +375,24 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
 }
 
 impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
-    /// s μ(v), p0 s μ + s_B B |v|.
-    fn loss(&self, velocity: T) -> (T, T) {
-        let coefficient = self.friction_scale * self.model().stationary_coefficient(velocity).abs();
-        let beside = coefficient * self.law.parameters.idle_load + self.drag() * velocity.abs();
-        (coefficient, beside)
+    /// Numerator and denominator of the motor torque of steady motion, with signed friction:
+    /// against an external torque it adds, in the sense 1, and with it, −1, it takes away.
+    ///
+    /// τ_m (1 − μ k_m) = τ_e (1 + μ k_e) + μ p0 + s_B B |v|
+    fn balance(&self, velocity: T, external_torque: T, sense: T) -> (T, T) {
+        let TorqueLoadParameters { idle_load, motor_share, external_share } = self.law.parameters;
+        let friction = self.friction_scale * self.model().stationary_coefficient(velocity).abs();
+        let (friction, drag) = (sense * friction, sense * (self.drag() * velocity.abs()));
+        let needed = external_torque.abs() * (T::one() + friction * external_share)
+            + (friction * idle_load + drag);
+        (needed, T::one() - friction * motor_share)
     }
 
     /// The motor torque [N m] that drives the gear steadily at a velocity [rad/s] against an
     /// external torque of so many N m; both without their signs. `None` for a gear that jams,
     /// μ k_m ≥ 1.
     pub fn driving_torque(&self, velocity: T, external_torque: T) -> Option<T> {
-        let (coefficient, beside) = self.loss(velocity);
-        let one = T::one();
-        let passed = one - coefficient * self.law.parameters.motor_share;
-        let needed = external_torque.abs()
-            * (one + coefficient * self.law.parameters.external_share)
-            + beside;
+        let (needed, passed) = self.balance(velocity, external_torque, T::one());
         (passed > T::zero()).then(|| needed / passed)
     }
 
@@ -399,11 +400,8 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     /// it steadily at a velocity [rad/s]; both without their signs. `None` where friction holds the
     /// external torque: always for a self-locking gear, μ k_e ≥ 1.
     pub fn braking_torque(&self, velocity: T, external_torque: T) -> Option<T> {
-        let (coefficient, beside) = self.loss(velocity);
-        let one = T::one();
-        let left = external_torque.abs() * (one - coefficient * self.law.parameters.external_share)
-            - beside;
-        let braking = left / (one + coefficient * self.law.parameters.motor_share);
+        let (left, passed) = self.balance(velocity, external_torque, -T::one());
+        let braking = left / passed;
         (braking >= T::zero()).then_some(braking)
     }
 }

@@ -194,12 +194,10 @@ where
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
-        let first = anchor
-            .iter()
-            .fold(None, |first, anchor| anchor.next_kink(time, first.unwrap_or(towards)).or(first));
-        force
-            .iter()
-            .fold(first, |first, force| force.next_kink(time, first.unwrap_or(towards)).or(first))
+        anchor.iter().zip(force).fold(None, |first, (anchor, force)| {
+            let first = anchor.next_kink(time, first.unwrap_or(towards)).or(first);
+            force.next_kink(time, first.unwrap_or(towards)).or(first)
+        })
     }
 
     fn longest_step(&self) -> Option<T> {

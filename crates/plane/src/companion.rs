@@ -12,7 +12,7 @@ use super::surface::norm;
 use super::{PlaneBristle, PlaneContact};
 use bristle::companion::{CompanionStep, CompletedStep, PointMass};
 use bristle::parameter::{Checked, Named};
-use bristle::{LoadChange, Reloaded, Scalar};
+use bristle::{Reloaded, Scalar};
 
 impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// Prepares the contact for passive steps inside a mechanism, with the limits of its
@@ -63,7 +63,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneCompanion<T: Scalar, M, const N: usize> {
-    contact: PlaneContact<T, M, N>,
+    pub(super) contact: PlaneContact<T, M, N>,
     fastest: T,
     limit: SVector<T, N>,
 }
@@ -88,11 +88,6 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
         deflection: &SVector<T, N>,
     ) -> Checked<Reloaded<T, SVector<T, N>>> {
         self.contact.reload(normal_force, predicted_velocity, deflection)
-    }
-
-    /// Changes the normal force; the deflections are elsewhere.
-    pub(crate) fn change_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
-        self.contact.change_load(normal_force)
     }
 
     /// The sources and the dampers that stand for the friction over a step of length h ≥ 0 \[s\],

@@ -264,10 +264,7 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<
         // Over the friction force of pure sliding.
         let wrench = |twist: &Vector3<T>| {
             self.shares().fold(Vector3::zeros(), |sum, (share, lever)| {
-                let velocity = lever.velocity(twist);
-                let speed = norm(&velocity);
-                let rests = is_zero(speed);
-                if rests { sum } else { sum + lever.wrench(&(velocity / speed)) * share }
+                sum + lever.unit_wrench(twist) * share
             })
         };
         let (spin_radius, zero) = (wrench(&Vector3::z()).z, T::zero());
@@ -364,6 +361,13 @@ impl<T: Scalar> Lever<T> {
         Vector3::new(force.x, force.y, x * force.y - y * force.x)
     }
 
+    /// The wrench of a friction of 1 N against a twist; zero where the point rests.
+    pub(crate) fn unit_wrench(self, twist: &Vector3<T>) -> Vector3<T> {
+        let velocity = self.velocity(twist);
+        let speed = norm(&velocity);
+        if is_zero(speed) { Vector3::zeros() } else { self.wrench(&(velocity / speed)) }
+    }
+
     /// Jᵀ diag(d) J with the velocity J·twist.
     #[inline(always)]
     pub(crate) fn damping(self, damping: &Vector2<T>) -> Matrix3<T> {
@@ -452,7 +456,7 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> FootprintC
         deflections: &mut [Vector2<T>],
     ) -> Checked<Reloaded<T, ()>> {
         let reloaded = self.footprint.reload(normal_force, predicted_twist, deflections)?;
-        let _ = self.companion.change_load(normal_force)?;
+        let _ = self.companion.contact.change_load(normal_force)?;
         Ok(reloaded)
     }
 

@@ -146,28 +146,21 @@ impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>, const N: usize> Plane
         let highest = if fastest >= T::zero() { self.curve.bounds(fastest).max } else { fastest };
         let mu = finite(highest);
         // σ0, σ1 and a².
-        let parts = |axis: &Axis<T>| {
-            let stiffness = axis.bristle.storage_stiffness();
+        let parts = self.axes.each_ref().map(|axis| {
             let damping = share * axis.bristle.bounds().damping.max;
-            (stiffness, damping, axis.friction_ratio * axis.friction_ratio)
-        };
+            (axis.bristle.storage_stiffness(), damping, axis.friction_ratio * axis.friction_ratio)
+        });
         // μ/n ≥ (least μ/|s|_ε)/max(a, 1), because |a s|_ε ≤ max(a, 1) |s|_ε.
         let steepest = self.axes.iter().fold(T::one(), |a, axis| a.larger(axis.friction_ratio));
         let slope = self.curve.least_secant(&self.regularisation, fastest) / steepest;
-        let rate = self.axes.iter().fold(T::zero(), |rate, axis| {
-            let (stiffness, damping, square) = parts(axis);
-            (stiffness / (damping + square * slope)).larger(rate)
-        });
+        let rates =
+            parts.map(|(stiffness, damping, square)| stiffness / (damping + square * slope));
         // λᵢ = n/(μ aᵢ²/σ0ᵢ + n σ1ᵢ/σ0ᵢ) is one number for all axes if both quotients are, to a
         // few roundings.
         let near = |a: T, b: T| (a - b).abs() <= lit::<T>(8.0) * T::default_epsilon() * b.abs();
-        let mut quotients = self.axes.iter().map(|axis| {
-            let (stiffness, damping, square) = parts(axis);
-            (square / stiffness, damping / stiffness)
-        });
-        let first = quotients.next();
-        let alike =
-            |other: (T, T)| first.is_some_and(|one| near(one.0, other.0) && near(one.1, other.1));
+        let quotients =
+            parts.map(|(stiffness, damping, square)| [square / stiffness, damping / stiffness]);
+        let alike = |other: &[T; 2]| (0..2).all(|i| near(quotients[0][i], other[i]));
         PlaneLimits {
             deflection: mu.map(|mu| {
                 SVector::from_fn(|i, _| {
@@ -175,8 +168,10 @@ impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>, const N: usize> Plane
                 })
             }),
             coefficient: mu.map(|mu| SVector::from_fn(|i, _| mu * self.axes[i].friction_ratio)),
-            relaxation_rate: finite(rate),
-            ellipsoid: mu.is_some() && quotients.all(alike),
+            relaxation_rate: finite(
+                rates.into_iter().fold(T::zero(), |most, rate| rate.larger(most)),
+            ),
+            ellipsoid: mu.is_some() && quotients.iter().all(alike),
         }
     }
 }

@@ -92,13 +92,10 @@ impl<T: Scalar> FrictionEllipsoid<T> {
     /// From L, if there is one, of a matrix that an error tells of.
     pub(crate) fn of_factor(factor: Option<Matrix3<T>>, matrix: Matrix3<T>) -> Checked<Self> {
         let factor = factor.and_then(|factor| Some((factor, factor.try_inverse()?)));
-        match factor.filter(|(_, inverse)| inverse.iter().all(|x| x.is_finite())) {
-            Some((factor, inverse)) => Ok(Self { factor, inverse }),
-            None => {
-                let rule = Rule::Stated("be that of a finite, positive definite matrix");
-                Err(Named("determinant", matrix.determinant()).refused(rule))
-            }
-        }
+        let found = factor.filter(|(_, inverse)| inverse.iter().all(|x| x.is_finite()));
+        let rule = Rule::Stated("be that of a finite, positive definite matrix");
+        let refused = || Named("determinant", matrix.determinant()).refused(rule);
+        found.map(|(factor, inverse)| Self { factor, inverse }).ok_or_else(refused)
     }
 
     /// Of the full friction force p μ \[N\], equal in all directions, and the radius R \[m\] of the
@@ -190,12 +187,10 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<
         let speed = Named("speed", speed).positive()?;
         let zero = T::zero();
         // The largest force along each axis.
-        let largest = Vector2::new(
-            Named("friction", self.contact().stationary_force(&Vector2::new(speed, zero)).x)
-                .positive()?,
-            Named("friction", self.contact().stationary_force(&Vector2::new(zero, speed)).y)
-                .positive()?,
-        );
+        let friction = |x, y| self.contact().stationary_force(&Vector2::new(x, y));
+        let largest = Vector2::new(friction(speed, zero).x, friction(zero, speed).y);
+        Named("friction", largest.x).positive()?;
+        Named("friction", largest.y).positive()?;
         let (centre, radius) = self.spread();
         let radius = Named("distance of the points", radius).positive()?;
         // About the centre, in units of force, radius and 1 W of the wrench.

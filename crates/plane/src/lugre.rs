@@ -28,7 +28,7 @@ use bristle::{Law, LuGre, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneLuGre<C, T, const N: usize, E = Unregularised> {
     /// The FrBD model of the curve g, with which it shares springs and steady deflection.
-    frbd: PlaneFrBd<C, T, N, E>,
+    pub(crate) frbd: PlaneFrBd<C, T, N, E>,
     /// σ2 of the term outside g
     viscous: T,
 }
@@ -71,12 +71,6 @@ impl<T: Scalar, C, const N: usize, E> PlaneLuGre<C, T, N, E> {
     /// The model with another regularisation of the weighted speed.
     pub fn regularised<F>(self, regularisation: F) -> PlaneLuGre<C, T, N, F> {
         PlaneLuGre { frbd: self.frbd.regularised(regularisation), viscous: self.viscous }
-    }
-
-    /// Curve g, bristles and regularisation.
-    #[cfg(feature = "serde")]
-    pub(crate) fn frbd(&self) -> &PlaneFrBd<C, T, N, E> {
-        &self.frbd
     }
 
     /// Whether no bristle is damped and nothing viscous stands outside g: then the model is the

@@ -30,9 +30,9 @@ PlaneLuGre<C, T, N, E> as PlaneLuGreFile<C, E, T, N>:
     Ok(model.regularised(regularisation))
 },
 |model| PlaneLuGreFile {
-    curve: model.frbd().curve().clone(),
-    axes: *model.frbd().bristles(),
-    regularisation: model.frbd().regularisation().clone(),
+    curve: model.frbd.curve().clone(),
+    axes: *model.frbd.bristles(),
+    regularisation: model.frbd.regularisation().clone(),
     viscous_friction: Some(model.viscous_friction()),
 });
 serialised_as!([M: PlaneBristle<T, N>, A: Signal<T>, F: Signal<T>; const N]

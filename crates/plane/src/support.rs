@@ -1,15 +1,13 @@
 //! Which points of a body carry its load, from pushes: the linear half of [`crate::pushes`].
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 use bristle::Scalar;
 use bristle::parameter::Named;
-use bristle::scalar::{is_zero, lit};
-use nalgebra::Vector3;
+use bristle::scalar::lit;
+use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
 use crate::footprint::Lever;
-use crate::surface::norm;
 use crate::{FootprintPoint, LimitSurfaceError, Push};
 
 /// The points of a support and the friction of each, from [`Support::fit`].
@@ -71,86 +69,60 @@ impl<T: Scalar> Support<T> {
         let sum = FootprintPoint::checked_sum(points)?;
         // Normal equations G c = b of what each point carries.
         let count = points.len();
-        let (mut matrix, mut right) = (vec![T::zero(); count * count], vec![T::zero(); count]);
+        let (mut matrix, mut right) = (DMatrix::zeros(count, count), DVector::zeros(count));
         for push in pushes {
-            let wanted = push.wrench.component_div(deviation);
-            let columns = points.iter().map(|point| unit_wrench(point, &push.twist, deviation));
-            let columns: Vec<_> = columns.collect();
-            for ((row, right), column) in matrix.chunks_mut(count).zip(&mut right).zip(&columns) {
-                *right += column.dot(&wanted);
-                row.iter_mut().zip(&columns).for_each(|(entry, other)| *entry += column.dot(other));
-            }
+            let wrenches = unit_wrenches(points, &push.twist, deviation);
+            right += wrenches.tr_mul(&push.wrench.component_div(deviation));
+            matrix += wrenches.tr_mul(&wrenches);
         }
         // The friction with the shares given, and its square as the unit of the regulariser.
-        let shares: Vec<T> = points.iter().map(|point| point.weight / sum).collect();
-        let together = matrix.chunks(count).map(|row| dot(row, &shares));
-        let stiff = dot(&shares, &together.collect::<Vec<_>>());
-        let prior = (dot(&right, &shares) / stiff).larger(T::zero());
+        let shares = DVector::from_iterator(count, points.iter().map(|point| point.weight / sum));
+        let stiff = shares.dot(&(&matrix * &shares));
+        let prior = &shares * (right.dot(&shares) / stiff).larger(T::zero());
         let weight = regulariser * stiff / lit(pushes.len() as f64) * lit(count as f64);
-        for ((i, right), &share) in right.iter_mut().enumerate().zip(&shares) {
-            *right += weight * prior * share;
-            if let Some(entry) = matrix.get_mut(i * (count + 1)) {
-                *entry += weight;
-            }
-        }
-        let carried = minimised(&matrix, &right, shares.iter().map(|&s| prior * s).collect())?;
-        let friction = carried.iter().fold(T::zero(), |sum, &c| sum + c);
-        let friction = Named("friction", friction).positive()?;
+        right += &prior * weight;
+        matrix += DMatrix::from_diagonal_element(count, count, weight);
+        let carried = minimised(&matrix, &right, prior)?;
+        let friction = Named("friction", carried.sum()).positive()?;
         let squares = pushes.iter().fold(T::zero(), |sum, push| {
-            let wanted = push.wrench.component_div(deviation);
-            let left = points.iter().zip(&carried).fold(wanted, |left, (point, &c)| {
-                left - unit_wrench(point, &push.twist, deviation) * c
-            });
-            sum + left.norm_squared()
+            let found = unit_wrenches(points, &push.twist, deviation) * &carried;
+            sum + (push.wrench.component_div(deviation) - found).norm_squared()
         });
         let scatter = (squares / lit(3.0 * pushes.len() as f64)).sqrt();
-        let weighted = points.iter().zip(carried);
+        let weighted = points.iter().zip(&carried);
         let points =
-            weighted.map(|(point, c)| FootprintPoint { weight: c / friction, ..*point }).collect();
+            weighted.map(|(point, &c)| FootprintPoint { weight: c / friction, ..*point }).collect();
         Ok(Self { points, friction, scatter })
     }
 }
 
-/// Wrench of a friction of 1 N at a point, over the deviations; zero where it rests.
-fn unit_wrench<T: Scalar>(
-    point: &FootprintPoint<T>,
+/// Wrenches of a friction of 1 N at each point, over the deviations.
+fn unit_wrenches<T: Scalar>(
+    points: &[FootprintPoint<T>],
     twist: &Vector3<T>,
     deviation: &Vector3<T>,
-) -> Vector3<T> {
-    let lever = Lever(point.place);
-    let velocity = lever.velocity(twist);
-    let speed = norm(&velocity);
-    if is_zero(speed) {
-        return Vector3::zeros();
-    }
-    lever.wrench(&(velocity / speed)).component_div(deviation)
-}
-
-/// x·y
-fn dot<T: Scalar>(x: &[T], y: &[T]) -> T {
-    x.iter().zip(y).fold(T::zero(), |sum, (&x, &y)| sum + x * y)
+) -> Matrix3xX<T> {
+    let wrench = |point: &FootprintPoint<T>| Lever(point.place).unit_wrench(twist);
+    let columns = points.iter().map(|point| wrench(point).component_div(deviation));
+    Matrix3xX::from_columns(&columns.collect::<Vec<_>>())
 }
 
 /// The minimum of ½ cᵀG c − bᵀc with c ≥ 0, one unknown after the other, until the residual of no
 /// unknown that is free is above √ε max|b|.
 fn minimised<T: Scalar>(
-    matrix: &[T],
-    right: &[T],
-    mut carried: Vec<T>,
-) -> Result<Vec<T>, LimitSurfaceError> {
+    matrix: &DMatrix<T>,
+    right: &DVector<T>,
+    mut carried: DVector<T>,
+) -> Result<DVector<T>, LimitSurfaceError> {
     const SWEEPS: u32 = 100_000;
-    let fine = T::default_epsilon().sqrt() * right.iter().fold(T::zero(), |m, b| m.larger(b.abs()));
+    let fine = T::default_epsilon().sqrt() * right.amax();
     for _ in 0..SWEEPS {
         let mut worst = T::zero();
-        for (i, (row, &right)) in matrix.chunks(right.len()).zip(right).enumerate() {
-            let (Some(&diagonal), residual) = (row.get(i), right - dot(row, &carried)) else {
-                continue;
-            };
-            if let Some(c) = carried.get_mut(i) {
-                let held = *c <= T::zero() && residual <= T::zero();
-                worst = if held { worst } else { worst.larger(residual.abs()) };
-                *c = (*c + residual / diagonal).larger(T::zero());
-            }
+        for (i, column) in matrix.column_iter().enumerate() {
+            let residual = right[i] - column.dot(&carried);
+            let held = carried[i] <= T::zero() && residual <= T::zero();
+            worst = if held { worst } else { worst.larger(residual.abs()) };
+            carried[i] = (carried[i] + residual / column[i]).larger(T::zero());
         }
         if worst <= fine {
             return Ok(carried);

@@ -65,7 +65,7 @@ impl<T: Scalar> Regularisation<T> for AxisSurface<T> {
 
     /// vᵢ/n, and zero at rest.
     fn sign(&self, sliding: Sliding<T>) -> T {
-        over(sliding.velocity(), self.speed)
+        if is_zero(self.speed) { T::zero() } else { sliding.velocity() / self.speed }
     }
 
     fn speed_at_rest(&self) -> T {
@@ -146,12 +146,6 @@ where
 #[inline(always)]
 fn unit<T: Scalar, const N: usize>(x: &SVector<T, N>, length: T) -> SVector<T, N> {
     x / if is_zero(length) { T::unlimited() } else { length }
-}
-
-/// A component of a unit vector; zero of none.
-#[inline(always)]
-fn over<T: Scalar>(component: T, length: T) -> T {
-    if is_zero(length) { T::zero() } else { component / length }
 }
 
 /// ‖x‖, without overflow or underflow on the way.

@@ -2,8 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::combined::{axes_of, finite};
-use bristle::parameter::{Checked, Named};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::{Bristle, Contact, LoadChange, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -20,7 +19,14 @@ pub trait OfAxes<T: Scalar, const A: usize>: Copy {
     /// # Errors
     ///
     /// Refuses one that is not, and names its axis where there are several.
-    fn finite(self, name: &'static str) -> Checked<Self>;
+    #[inline]
+    fn finite(self, name: &'static str) -> Checked<Self> {
+        for (axis, component) in self.axes().into_iter().enumerate() {
+            let checked = Named(name, component).finite();
+            if A > 1 { ParameterError::of_component(axis, checked) } else { checked }?;
+        }
+        Ok(self)
+    }
 }
 
 impl<T: Scalar> OfAxes<T, 1> for T {
@@ -33,11 +39,6 @@ impl<T: Scalar> OfAxes<T, 1> for T {
     fn axes(self) -> [T; 1] {
         [self]
     }
-
-    #[inline]
-    fn finite(self, name: &'static str) -> Checked<Self> {
-        Named(name, self).finite()
-    }
 }
 
 impl<T: Scalar, const A: usize> OfAxes<T, A> for SVector<T, A> {
@@ -49,11 +50,6 @@ impl<T: Scalar, const A: usize> OfAxes<T, A> for SVector<T, A> {
     #[inline(always)]
     fn axes(self) -> [T; A] {
         self.into()
-    }
-
-    #[inline]
-    fn finite(self, name: &'static str) -> Checked<Self> {
-        finite(name, &self).copied()
     }
 }
 
@@ -120,7 +116,7 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize> PatchModel<T, SVector<T, 
         slip_velocity: SVector<T, A>,
         mut of: impl FnMut(usize, &Contact<T, M::Axis>, T) -> R,
     ) -> [R; A] {
-        let axes = axes_of(contact, &slip_velocity);
+        let axes = contact.model().axes(&slip_velocity).map(|axis| contact.with_model(axis));
         core::array::from_fn(|i| of(i, &axes[i], slip_velocity[i]))
     }
 

@@ -336,7 +336,7 @@ impl<T: Scalar, P: Tyre<T>, K: Bristle<T, Deflection = T>> BrakedWheel<T, P, K> 
         let owed = if moves { before.rolled_back * length / duration } else { T::zero() };
         let motion = |slip_velocity: T, spin: T| Motion {
             slip_velocity: [slip_velocity, loads.lateral_velocity],
-            rolling_speed: positive(spin * radius - owed),
+            rolling_speed: T::zero().larger(spin * radius - owed),
         };
         let (speed_rate, angular_rate) = self.acceleration;
         let mut spin = before.angular_velocity + half * angular_rate;
@@ -356,7 +356,8 @@ impl<T: Scalar, P: Tyre<T>, K: Bristle<T, Deflection = T>> BrakedWheel<T, P, K> 
             ([slip, spin], after) = before.moved(body, &loads, [tyre, pads], duration)?;
             Named("speed", after.speed).finite()?;
             Named("angular_velocity", after.angular_velocity).finite()?;
-            after.rolled_back = positive(before.rolled_back - spin * radius * duration / length);
+            let rolled_back = before.rolled_back - spin * radius * duration / length;
+            after.rolled_back = T::zero().larger(rolled_back);
             Named("rolled_back", after.rolled_back).at_most("what a patch takes", lit(ROCKING))?;
             Ok(Some(slip))
         })?;
@@ -372,10 +373,6 @@ impl<T: Scalar, P: Tyre<T>, K: Bristle<T, Deflection = T>> BrakedWheel<T, P, K> 
         }
         Ok(self.state)
     }
-}
-
-fn positive<T: Scalar>(value: T) -> T {
-    if value > T::zero() { value } else { T::zero() }
 }
 
 impl<T: Scalar> WheelState<T> {

@@ -23,10 +23,11 @@
 
 use nalgebra::SVector;
 
-use super::patch::{Crossing, coefficients, slopes};
+use super::axes::OfAxes as _;
+use super::patch::{coefficients, slopes};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
-use bristle::parameter::{Checked, Named, ParameterError};
-use bristle::{Contact, Scalar};
+use bristle::Scalar;
+use bristle::parameter::Checked;
 use bristle_plane::PlaneBristle;
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -80,7 +81,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         M: PlaneBristle<T, A>,
     {
         let Motion { slip_velocity: v, rolling_speed } = motion;
-        let axes = self.axes(finite("slip_velocity", &v)?);
+        let axes = self.axes(&v.finite("slip_velocity")?);
         let mut all = [Steady::still(); A];
         for ((axis, &slip_velocity), steady) in axes.iter().zip(&v).zip(&mut all) {
             *steady = axis.steady(Motion { slip_velocity, rolling_speed })?;
@@ -104,9 +105,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         M: PlaneBristle<T, A>,
     {
         let Motion { slip_velocity: v, rolling_speed } = motion;
-        let (axes, gradient) = self.model().axes_and_slopes(finite("slip_velocity", &v)?);
-        let Crossing { transport, .. } =
-            self.rolling(Motion { slip_velocity: T::zero(), rolling_speed })?;
+        let (axes, gradient) = self.model().axes_and_slopes(&v.finite("slip_velocity")?);
+        let transport = self.rolling(Motion { slip_velocity: T::zero(), rolling_speed })?;
         for (axis, &slip_velocity) in axes.iter().zip(&v) {
             coefficients(&self.contact().with_model(axis.clone()), slip_velocity)?;
         }
@@ -118,26 +118,4 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         };
         Ok(core::array::from_fn(|j| core::array::from_fn(|i| about(j, i))))
     }
-}
-
-/// The contact of each axis at a slip velocity.
-#[inline]
-pub(super) fn axes_of<T: Scalar, M: PlaneBristle<T, A>, const A: usize>(
-    contact: &Contact<T, M>,
-    slip_velocity: &SVector<T, A>,
-) -> [Contact<T, M::Axis>; A] {
-    contact.model().axes(slip_velocity).map(|axis| contact.with_model(axis))
-}
-
-/// A vector, if all its components are finite. Of several, the error names the component.
-#[inline]
-pub(super) fn finite<'a, T: Scalar, const A: usize>(
-    name: &'static str,
-    vector: &'a SVector<T, A>,
-) -> Checked<&'a SVector<T, A>> {
-    for (number, &component) in vector.iter().enumerate() {
-        let checked = Named(name, component).finite();
-        if A > 1 { ParameterError::of_component(number, checked) } else { checked }?;
-    }
-    Ok(vector)
 }

@@ -38,7 +38,7 @@
 
 use nalgebra::Complex;
 
-use super::patch::{Crossing, checked, of_velocity, slopes};
+use super::patch::{checked, of_velocity, slopes};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
 use bristle::parameter::Checked;
@@ -109,7 +109,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a motion that is not finite, and a rolling speed that is not positive.
     pub fn linearised(&self, motion: Motion<T>) -> Checked<LinearisedPatch<T, P>> {
-        let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
+        let (v, transport) = (motion.slip_velocity, self.rolling(motion)?);
         of_velocity(self.model())?;
         let (affine, slopes) = slopes(self.contact(), v);
         Ok(self.linearised_about((v, transport), (checked(affine)?, slopes), T::one()))

@@ -35,7 +35,6 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV-B, which shows that β and γ exist and
 //! gives |F| in terms of the largest p. These are sharper: a step of v in adhesion attains γ.
 
-use super::patch::Crossing;
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
 use bristle::parameter::{Checked, Named};
@@ -97,8 +96,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a slip velocity or a time that is negative or not finite, and a rolling speed that
     /// is not positive.
     pub fn limits(&self, fastest: Motion<T>, elapsed: T) -> Checked<PatchLimits<T>> {
-        let Crossing { slip_velocity: fastest, transport } = self.rolling(fastest)?;
-        let fastest = Named("slip_velocity", fastest).non_negative()?;
+        let transport = self.rolling(fastest)?;
+        let fastest = Named("slip_velocity", fastest.slip_velocity).non_negative()?;
         let elapsed = Named("elapsed", elapsed).non_negative()?;
         let model = self.model().limits(fastest);
         let (stiffness, damping) = output_limits(self.model(), fastest);

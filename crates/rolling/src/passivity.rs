@@ -123,10 +123,7 @@ impl<T: Scalar> PatchPassivity<T> {
                 last = Some((value, size));
             }
         });
-        match worst {
-            None => PatchPassivity::Passive,
-            Some((place, slope)) => PatchPassivity::Rises { place, slope },
-        }
+        worst.map_or(Self::Passive, |(place, slope)| Self::Rises { place, slope })
     }
 }
 

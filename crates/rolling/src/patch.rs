@@ -101,7 +101,7 @@ pub struct PatchParameters<T, M, P> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch<T, M, P> {
-    contact: Contact<T, M>,
+    pub(super) contact: Contact<T, M>,
     length: T,
     pressure: P,
     /// L ∫p dξ of the pressure as it was given \[N\].
@@ -154,11 +154,6 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         self.contact.renew_load(normal_force)
     }
 
-    /// Changes the normal force.
-    pub(super) fn change_load(&mut self, normal_force: T) -> Checked<LoadChange<T>> {
-        self.contact.change_load(normal_force)
-    }
-
     /// The friction model under the normal force F_z and the reference load.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact
@@ -197,16 +192,16 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         self.contact.normal_force()
     }
 
-    /// The motion in the patch's own unit of length, if the patch rolls forward or stands. Below
-    /// the smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
+    /// The transport velocity V = U/L \[1/s\], crossings of the patch per second, of a motion that
+    /// is finite, if the patch rolls forward or stands. Below the smallest parameter a speed is
+    /// none, and its arithmetic with subnormal numbers is slow.
     #[inline]
-    pub(super) fn forward(&self, motion: Motion<T>) -> Checked<Crossing<T>> {
-        let slip_velocity = Named("slip_velocity", motion.slip_velocity).finite()?;
+    fn transport(&self, motion: Motion<T>) -> Checked<T> {
+        Named("slip_velocity", motion.slip_velocity).finite()?;
         let rolling_speed = Named("rolling_speed", motion.rolling_speed).non_negative()?;
         let stands = rolling_speed < Named::smallest();
         let rolling_speed = if stands { T::zero() } else { rolling_speed };
-        let transport = Named("rolling_speed", rolling_speed / self.length).finite()?;
-        Ok(Crossing { slip_velocity, transport })
+        Named("rolling_speed", rolling_speed / self.length).finite()
     }
 
     /// A motion and the coefficients of a contact at it, if they are those of a patch.
@@ -216,15 +211,14 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         contact: &Contact<T, K>,
         motion: Motion<T>,
     ) -> Checked<Frozen<T>> {
-        let Crossing { slip_velocity, transport } = self.forward(motion)?;
-        let affine = coefficients(contact, slip_velocity)?;
-        Ok(Frozen { affine, slip_velocity, transport })
+        let (transport, slip_velocity) = (self.transport(motion)?, motion.slip_velocity);
+        Ok(Frozen { affine: coefficients(contact, slip_velocity)?, slip_velocity, transport })
     }
 
-    /// The motion in the patch's own unit of length, if the patch rolls forward.
-    pub(super) fn rolling(&self, motion: Motion<T>) -> Checked<Crossing<T>> {
+    /// The transport velocity of a motion that is finite, if the patch rolls forward.
+    pub(super) fn rolling(&self, motion: Motion<T>) -> Checked<T> {
         Named("rolling_speed", motion.rolling_speed).positive()?;
-        self.forward(motion)
+        self.transport(motion)
     }
 }
 
@@ -251,15 +245,6 @@ impl<T: Scalar> Motion<T> {
     }
 }
 
-/// A motion in lengths of the patch.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Crossing<T> {
-    /// Slip velocity v [m/s].
-    pub(super) slip_velocity: T,
-    /// Transport velocity V = U/L \[1/s\]: crossings of the patch per second.
-    pub(super) transport: T,
-}
-
 /// The coefficients of all bristles over a step, and what moves them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frozen<T: Scalar> {
@@ -271,11 +256,6 @@ pub(super) struct Frozen<T: Scalar> {
 }
 
 impl<T: Scalar> Frozen<T> {
-    /// No motion of no bristles.
-    pub(super) fn still() -> Self {
-        Self { affine: Affine::none(), slip_velocity: T::zero(), transport: T::zero() }
-    }
-
     /// u = r v [m/s]
     #[inline]
     pub(super) fn drive(&self) -> T {

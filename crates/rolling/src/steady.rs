@@ -166,9 +166,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let at = |slip: T| Motion { slip_velocity: sign * slip, ..up_to };
         let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
         let slope = |slip: T| self.linearised(at(slip)).map_or(T::zero(), |at| at.steady_slope());
-        let higher = |a: Option<(T, T)>, b: Option<(T, T)>| match (a, b) {
-            (Some(a), Some(b)) => Some(if b.1 > a.1 { b } else { a }),
-            (a, b) => a.or(b),
+        let higher = |a: Option<(T, T)>, b: Option<(T, T)>| {
+            a.into_iter().chain(b).reduce(|a, b| if b.1 > a.1 { b } else { a })
         };
         // A maximum counts once the force has fallen by more than rounding.
         let fallen = T::one() - lit::<T>(512.0) * T::default_epsilon();

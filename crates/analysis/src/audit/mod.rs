@@ -244,9 +244,7 @@ pub fn audit<T: Scalar, M: Bristle<T, Deflection = T>>(
 ) -> Checked<Audit<T>> {
     let AuditParameters { fastest, mechanism, sample_time, load_cycle, .. } = parameters;
     Named("fastest", fastest).positive()?;
-    if let Some(step) = sample_time {
-        Named("sample_time", step).positive()?;
-    }
+    sample_time.map(|step| Named("sample_time", step).positive()).transpose()?;
     mechanism.map(Mechanism::checked).transpose()?;
     let characteristics = contact.model().characteristics(fastest);
     if let Some(fault) = characteristics.and_then(|model| model.curve_fault) {

@@ -114,8 +114,5 @@ fn same<T: Scalar, const N: usize>(one: &StateSpace<T, N>, other: &StateSpace<T,
     let near = |a: T, b: T| {
         (a - b).abs() <= lit::<T>(1e3) * T::default_epsilon() * a.abs().larger(b.abs())
     };
-    let entries = one.dynamics.iter().zip(other.dynamics.iter());
-    let entries = entries.chain(one.input.iter().zip(other.input.iter()));
-    let mut entries = entries.chain(one.output.iter().zip(other.output.iter()));
-    entries.all(|(&a, &b)| near(a, b)) && near(one.feedthrough, other.feedthrough)
+    one.entries().zip(other.entries()).all(|((_, a), (_, b))| near(a, b))
 }

@@ -76,13 +76,17 @@ pub struct StateSpace<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> StateSpace<T, N> {
-    /// The system, if every entry is finite.
-    pub(super) fn finite(self) -> Checked<Self> {
+    /// Every entry of the four, with the name of its matrix.
+    pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, T)> {
         let dynamics = self.dynamics.iter().map(|&entry| ("dynamics", entry));
         let input = self.input.iter().map(|&entry| ("input", entry));
         let output = self.output.iter().map(|&entry| ("output", entry));
-        let feedthrough = core::iter::once(("feedthrough", self.feedthrough));
-        for (name, entry) in dynamics.chain(input).chain(output).chain(feedthrough) {
+        dynamics.chain(input).chain(output).chain([("feedthrough", self.feedthrough)])
+    }
+
+    /// The system, if every entry is finite.
+    pub(super) fn finite(self) -> Checked<Self> {
+        for (name, entry) in self.entries() {
             Named(name, entry).check(entry.is_finite(), Rule::Finite)?;
         }
         Ok(self)
@@ -90,19 +94,16 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
 
     /// The transfer function G(s) = C (sI − A)⁻¹ B + D; not finite at a pole, D at infinity.
     pub fn transfer(&self, s: Complex<T>) -> Complex<T> {
-        let infinite = |x: T| x.abs() >= T::one() / T::zero();
-        if infinite(s.re) || infinite(s.im) {
-            return Complex::new(self.feedthrough, T::zero());
+        let direct = Complex::from(self.feedthrough);
+        if s.re.abs() >= T::unlimited() || s.im.abs() >= T::unlimited() {
+            return direct;
         }
         let shifted = SMatrix::<Complex<T>, N, N>::from_fn(|i, j| {
-            let entry = Complex::new(-self.dynamics[(i, j)], T::zero());
+            let entry = Complex::from(-self.dynamics[(i, j)]);
             if i == j { entry + s } else { entry }
         });
-        let states = solve(shifted, self.input.map(|entry| Complex::new(entry, T::zero())));
-        let direct = Complex::new(self.feedthrough, T::zero());
-        let Some(states) = states else {
-            let pole = T::one() / T::zero();
-            return Complex::new(pole, pole);
+        let Some(states) = solve(shifted, self.input.map(Complex::from)) else {
+            return Complex::new(T::unlimited(), T::unlimited());
         };
         self.output.iter().zip(&states).fold(direct, |sum, (&c, &x)| sum + x * c)
     }
@@ -194,9 +195,7 @@ fn solve<T: Scalar, const N: usize>(
 ) -> Option<SVector<Complex<T>, N>> {
     // Sum of the moduli of the terms in each entry.
     let mut terms = matrix.map(ComplexField::norm1);
-    let mut scales = SVector::<T, N>::from_fn(|i, _| {
-        terms.row(i).iter().fold(T::zero(), |most, &term| most.larger(term))
-    });
+    let mut scales = SVector::<T, N>::from_fn(|i, _| terms.row(i).amax());
     for k in 0..N {
         let weigh = |i: usize| (i, matrix[(i, k)].norm1() / scales[i]);
         let (best, _) = (k..N).map(weigh).reduce(|a, b| if b.1 > a.1 { b } else { a })?;

@@ -74,23 +74,18 @@ struct Conditions<T> {
     shifted: T,
     /// D = d + ∂F/∂v [N s/m]
     quick: T,
-    /// S = d + dF_ss/dv [N s/m]
-    slope: T,
+    /// (mλ + D) λ S, where S = d + dF_ss/dv: the part of the last condition without the spring
+    without_spring: T,
 }
 
 impl<T: Scalar> Conditions<T> {
-    /// (mλ + D) λ S: the part of the last condition without the spring.
-    fn without_spring(&self) -> T {
-        self.shifted * self.relaxation * self.slope
-    }
-
     /// Whether small motions die out (`Greater`), stay or grow (`Less`).
     fn decay(&self, stiffness: T) -> Ordering {
         let zero = T::zero();
         if !(self.relaxation > zero && self.shifted > zero) {
             return Ordering::Less;
         }
-        let last = self.without_spring() + self.quick * stiffness;
+        let last = self.without_spring + self.quick * stiffness;
         last.partial_cmp(&zero).unwrap_or(Ordering::Equal)
     }
 }
@@ -182,7 +177,7 @@ pub fn critical_stiffness<T: Scalar, M: Bristle<T, Deflection = T>>(
     if !(conditions.relaxation > zero && conditions.shifted > zero) {
         return Ok(Threshold::NeverStable);
     }
-    let (without, quick) = (conditions.without_spring(), conditions.quick);
+    let (without, quick) = (conditions.without_spring, conditions.quick);
     Ok(match (without > zero, without < zero, quick > zero, quick < zero) {
         (true, _, _, false) | (false, false, true, _) => Threshold::AlwaysStable,
         (true, _, _, true) => Threshold::StableBelow(without / -quick),
@@ -256,5 +251,6 @@ fn conditions<T: Scalar, M: Bristle<T, Deflection = T>>(
     let quick = viscous_damping + friction.feedthrough;
     // λ S = λ D + C B.
     let slope = quick + friction.output.x * friction.input.x / relaxation;
-    Ok(Conditions { relaxation, shifted: mass * relaxation + quick, quick, slope })
+    let shifted = mass * relaxation + quick;
+    Ok(Conditions { relaxation, shifted, quick, without_spring: shifted * relaxation * slope })
 }

@@ -221,22 +221,19 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
     jacobian: &SMatrix<T, N, N>,
     scheme: Scheme,
 ) -> Option<T> {
-    match scheme {
-        Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(T::nan()),
-        _ => {
-            let Some(rates) = eigenvalues(&jacobian.map(to_f64)) else {
-                return Some(T::nan());
-            };
-            // A mode that stands still, such as the difference of position and deflection of a
-            // stuck mass, has a rate of rounding size. A true mode as slow as that gains or loses
-            // nothing over a step that suits the fastest.
-            let sizes = rates.map(|rate| ComplexField::hypot(rate.re, rate.im));
-            let fastest = sizes.into_iter().fold(0.0, f64::max);
-            let moving = rates.iter().zip(sizes).filter(|(_, size)| *size > 1e-9 * fastest);
-            let limits = moving.filter_map(|(rate, _)| region::largest_step(scheme, *rate));
-            in_type(limits.reduce(f64::smaller))
-        }
-    }
+    let rates = match scheme {
+        Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => None,
+        _ => eigenvalues(&jacobian.map(to_f64)),
+    };
+    let Some(rates) = rates else { return Some(T::nan()) };
+    // A mode that stands still, such as the difference of position and deflection of a
+    // stuck mass, has a rate of rounding size. A true mode as slow as that gains or loses
+    // nothing over a step that suits the fastest.
+    let sizes = rates.map(|rate| ComplexField::hypot(rate.re, rate.im));
+    let fastest = sizes.into_iter().fold(0.0, f64::max);
+    let moving = rates.iter().zip(sizes).filter(|(_, size)| *size > 1e-9 * fastest);
+    let limits = moving.filter_map(|(rate, _)| region::largest_step(scheme, *rate));
+    in_type(limits.reduce(f64::smaller))
 }
 
 /// The oscillation of the stuck mass: m s² + (∂F/∂v + d) s + (∂F/∂z ∂ż/∂v + k) = 0, divided by the
@@ -359,10 +356,9 @@ impl<T: Scalar> StepLimits<T> {
     pub fn check(&self, step: T) -> Checked<()> {
         Named("step", step).positive()?;
         let limits = self.causes().into_iter().filter_map(|(name, limit)| Some((name, limit?)));
-        match limits.reduce(|a, b| if b.1 < a.1 { b } else { a }) {
-            Some((cause, limit)) => Named("step", step).at_most(cause, limit).map(drop),
-            None => Ok(()),
-        }
+        let smallest = limits.reduce(|a, b| if b.1 < a.1 { b } else { a });
+        smallest.map_or(Ok(step), |(cause, limit)| Named("step", step).at_most(cause, limit))?;
+        Ok(())
     }
 }
 

@@ -33,10 +33,10 @@ use super::queue::Queue;
 use super::{ExactPatch, Memory};
 use crate::axes::{OfAxes, PatchModel};
 use crate::moments::phi1;
-use crate::patch::{Frozen, finite};
+use crate::patch::Frozen;
 use crate::quadrature::{integrate, integrate_gentle};
-use crate::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{Checked, Named};
+use crate::{Patch, PolynomialExponential, Pressure};
+use bristle::parameter::Checked;
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Scalar};
@@ -51,8 +51,8 @@ use bristle::{Affine, Scalar};
 #[derive(Debug)]
 #[must_use = "the bristles move when it is committed"]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B, V = T, const A: usize = 1> {
-    rolling: &'a mut ExactPatch<T, M, N, B, V, A>,
-    couplings: [Coupling<T>; A],
+    pub(super) rolling: &'a mut ExactPatch<T, M, N, B, V, A>,
+    pub(super) couplings: [Coupling<T>; A],
 }
 
 /// A step with its coefficients held, and the source and the damper that stand for it.
@@ -65,19 +65,13 @@ pub(super) struct Coupling<T: Scalar> {
 }
 
 impl<T: Scalar> Coupling<T> {
-    /// A step of no length.
-    pub(super) fn idle() -> Self {
-        let [duration, bias, damping] = [T::zero(); 3];
-        Self { frozen: Frozen::still(), duration, bias, damping }
-    }
-
     /// F̄ = bias + damping·v̄
-    pub(super) fn force(&self, mean_slip_velocity: T) -> T {
+    fn force(&self, mean_slip_velocity: T) -> T {
         self.bias + self.damping * mean_slip_velocity
     }
 
     /// Ends the step with a mean slip velocity that is finite.
-    pub(super) fn commit<const N: usize, B: Memory<T, N>>(
+    fn commit<const N: usize, B: Memory<T, N>>(
         &self,
         queue: &mut Queue<T, N, B>,
         mean_slip_velocity: T,
@@ -107,105 +101,6 @@ pub struct PatchLedger<T> {
     pub volume: T,
 }
 
-impl<T, M, const N: usize, B, V, const A: usize> ExactPatch<T, M, N, B, V, A>
-where
-    T: Scalar,
-    M: PatchModel<T, V, A>,
-    B: Memory<T, N>,
-    V: OfAxes<T, A>,
-{
-    /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from
-    /// a motion predicted for its middle.
-    ///
-    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs three
-    /// to eight plain ones of [`ExactPatch::step`] at a thousand steps a crossing, and nine to
-    /// seventeen at a hundred, where what leaves takes more quadrature nodes.
-    ///
-    /// A wheel of inertia J and radius R on a drum, under a drive torque τ: J (ω₁ − ω)/h = τ + R
-    /// F̄ with v̄ = v_x − R ω̄ is solved for the mean ω̄.
-    ///
-    /// ```
-    /// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::{FrBd, paper};
-    /// use bristle::curve::Stribeck;
-    /// use bristle::rheology::KelvinVoigt;
-    ///
-    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
-    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
-    /// let tyre = Patch::new(PatchParameters {
-    ///     model: FrBd::new(curve, bristle),
-    ///     length: 0.1,
-    ///     pressure: PolynomialExponential::constant(),
-    /// })?
-    /// .under_load(4000.0)?; // N
-    /// let mut patch = tyre.exact_in(100)?;
-    /// let (inertia, radius) = (1.0, 0.3); // kg m², m
-    /// let (drum, torque, h) = (20.0, -200.0, 5e-3); // m/s, N m, s
-    /// let mut spin = drum / radius; // rad/s: rolling freely
-    /// let mut expected = spin;
-    /// for _ in 0..200 {
-    ///     let motion = Motion {
-    ///         slip_velocity: drum - expected * radius,
-    ///         rolling_speed: expected * radius,
-    ///     };
-    ///     let step = patch.companion_step(motion, h)?;
-    ///     let pull = step.bias() + step.damping() * drum;
-    ///     let mean = (2.0 * inertia / h * spin + torque + radius * pull)
-    ///         / (2.0 * inertia / h + step.damping() * radius * radius);
-    ///     step.commit(drum - mean * radius)?;
-    ///     let next = 2.0 * mean - spin;
-    ///     expected = 1.5 * next - 0.5 * spin; // the middle of the next step
-    ///     spin = next;
-    /// }
-    /// // The tyre carries the torque.
-    /// assert!((patch.force(drum - spin * radius) - 200.0 / 0.3).abs() < 0.01);
-    /// # Ok::<(), bristle::ParameterError>(())
-    /// ```
-    ///
-    /// # Bounds
-    ///
-    /// The energy balance holds for every prediction. The bounds of deflection and force hold
-    /// while v̄ is the slip velocity predicted. Where it is not, as when a wheel locks within a
-    /// long step, the mean force may exceed F_z max μ, and bristles their limit until they leave.
-    /// Then solve again with the v̄ found, or take shorter steps.
-    ///
-    /// A step that pushes bristles which entered since the last rebuild over the outlet rebuilds
-    /// the queue, even if it is dropped: see [`ExactPatch`] on time.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and
-    /// what gives a bias or a damping that is not finite; the patch is as it was.
-    pub fn companion_step(
-        &mut self,
-        predicted: Motion<V, T>,
-        duration: T,
-    ) -> Checked<PatchStep<'_, T, M, N, B, V, A>> {
-        let duration = Named("duration", duration).non_negative()?;
-        let mut couplings = [Coupling::idle(); A];
-        let all = self.frozen(predicted)?;
-        let stiffness = self.patch.model().stiffness_of_axes();
-        let axes = self.queues.iter_mut().zip(stiffness).zip(all);
-        for (((queue, stiffness), frozen), coupling) in axes.zip(&mut couplings) {
-            *coupling = self.patch.coupling(queue, stiffness, frozen, duration)?;
-        }
-        Ok(PatchStep { rolling: self, couplings })
-    }
-
-    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\], with the pressure p under
-    /// the reference load. The time is proportional to the number of segments.
-    pub fn stored_energy(&self) -> T {
-        let axes = self.queues.iter().zip(self.patch.model().stiffness_of_axes());
-        axes.fold(T::zero(), |sum, (queue, k)| sum + self.patch.stored_in(queue, k))
-    }
-
-    /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
-    /// to the number of segments.
-    pub fn deflection(&self, place: T) -> V {
-        V::of_axes(self.queues.each_ref().map(|queue| queue.deflection(place)))
-    }
-}
-
 /// A patch and the bristles of one axis, of a stiffness K [1/m].
 impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     /// The numbers of [`ExactPatch::companion_step`].
@@ -215,7 +110,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         stiffness: T,
         frozen: Frozen<T>,
         duration: T,
-    ) -> Checked<Coupling<T>> {
+    ) -> Coupling<T> {
         let Frozen { affine, transport, .. } = frozen;
         queue.make_room(transport * duration);
         let [free, driven, kept] = self.mean_deflections(queue, &affine, transport, duration);
@@ -226,37 +121,19 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let damping = weight * (stiffness * affine.drive * driven + beyond);
         // A rounding, where a stiffness varies.
         let damping = if damping < T::zero() { T::zero() } else { damping };
-        finite("bias", bias)?;
-        finite("damping", damping)?;
-        Ok(Coupling { frozen, duration, bias, damping })
+        Coupling { frozen, duration, bias, damping }
     }
 
-    /// Ends a step with a mean slip velocity that is finite, with an account.
-    pub(super) fn commit_with_ledger<B: Memory<T, N>>(
-        &self,
-        queue: &mut Queue<T, N, B>,
-        stiffness: T,
-        coupling: &Coupling<T>,
-        mean_slip_velocity: T,
-    ) -> PatchLedger<T> {
-        let drive = coupling.frozen.affine.drive * mean_slip_velocity;
-        let outlet = self.outlet_loss(queue, stiffness, coupling, drive);
-        let before = self.stored_in(queue, stiffness);
-        let force = coupling.commit(queue, mean_slip_velocity);
-        let stored = self.stored_in(queue, stiffness) - before;
-        let work = coupling.duration * force * mean_slip_velocity;
-        PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
-    }
-
-    /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.
+    /// (L/2) Σ0(1) V ∫ z(1, t)² dt over a step with a mean slip velocity.
     fn outlet_loss<B: Memory<T, N>>(
         &self,
         queue: &Queue<T, N, B>,
         stiffness: T,
         coupling: &Coupling<T>,
-        drive: T,
+        mean_slip_velocity: T,
     ) -> T {
         let &Coupling { frozen: Frozen { affine, transport, .. }, duration, .. } = coupling;
+        let drive = affine.drive * mean_slip_velocity;
         let one = T::one();
         let reach = transport * duration;
         let mut squares = T::zero();
@@ -415,7 +292,13 @@ where
         let ExactPatch { patch, queues, .. } = self.rolling;
         let stiffness = patch.model().stiffness_of_axes();
         Ok(core::array::from_fn(|i| {
-            patch.commit_with_ledger(&mut queues[i], stiffness[i], &self.couplings[i], mean[i])
+            let (queue, coupling, stiffness) = (&mut queues[i], &self.couplings[i], stiffness[i]);
+            let outlet = patch.outlet_loss(queue, stiffness, coupling, mean[i]);
+            let before = patch.stored_in(queue, stiffness);
+            let force = coupling.commit(queue, mean[i]);
+            let stored = patch.stored_in(queue, stiffness) - before;
+            let work = coupling.duration * force * mean[i];
+            PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
         }))
     }
 }

@@ -6,18 +6,18 @@ use bristle::scalar::{is_zero, lit};
 
 /// What a step makes of every bristle that was there at its beginning: z ← decay·z + offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Map<T> {
-    pub(super) decay: T,
-    pub(super) offset: T,
+pub(crate) struct Map<T> {
+    pub(crate) decay: T,
+    pub(crate) offset: T,
 }
 
 impl<T: Scalar> Map<T> {
-    pub(super) fn identity() -> Self {
+    pub(crate) fn identity() -> Self {
         Self { decay: T::one(), offset: T::zero() }
     }
 
     #[inline(always)]
-    pub(super) fn of(self, deflection: T) -> T {
+    pub(crate) fn of(self, deflection: T) -> T {
         self.decay * deflection + self.offset
     }
 
@@ -40,7 +40,7 @@ impl<T: Scalar> Map<T> {
 
     /// First the other one, then this one.
     #[inline(always)]
-    pub(super) fn after(self, first: Self) -> Self {
+    pub(crate) fn after(self, first: Self) -> Self {
         Self { decay: self.decay * first.decay, offset: self.of(first.offset) }
     }
 }

@@ -167,10 +167,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let at_end = slip_at(motion, to)?;
         let affine_at_end = coefficients(self.patch.contact(), at_end)?;
         // With a tolerance a piece is at most twice as long as the one before.
-        let until = |time: T, last: T| match tolerance {
-            Some(_) => to.smaller(time + last + last),
-            None => to,
-        };
+        let until = |time: T, last: T| tolerance.map_or(to, |_| to.smaller(time + last + last));
         // Look first, so that a refusal leaves the patch as it was.
         let (mut time, mut last, mut first, mut pieces) = (from, to - from, None, 0);
         while time < to {
@@ -182,10 +179,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         }
         (time, last) = (from, to - from);
         while time < to {
-            let (next, held) = match first.take() {
-                Some(piece) => piece,
-                None => self.next_piece(motion, time..until(time, last), tolerance)?,
-            };
+            let look = || self.next_piece(motion, time..until(time, last), tolerance);
+            let (next, held) = first.take().map_or_else(look, Ok)?;
             held.iter().flatten().for_each(|held| self.queues[0].advance(held));
             (time, last) = (next, next - time);
         }
@@ -202,11 +197,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     ) -> Checked<Piece<T>> {
         let Motion { slip_velocity, rolling_speed } = motion;
         let kinks = [slip_velocity.next_kink(start, end), rolling_speed.next_kink(start, end)];
-        for kink in kinks.into_iter().flatten() {
-            if kink > start && kink < end {
-                end = kink;
-            }
-        }
+        let inside = kinks.into_iter().flatten().filter(|kink| *kink > start);
+        end = inside.fold(end, T::smaller);
         let mut halvings = 0;
         loop {
             end = reversal(motion, start, end)?.unwrap_or(end);

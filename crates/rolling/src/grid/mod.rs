@@ -171,7 +171,9 @@ impl<T: Scalar, M: PatchModel<T, V, A>, V: OfAxes<T, A>, const A: usize> Grid<T,
         let total = weights.iter().fold(T::zero(), |sum, &weight| sum + weight);
         let share = if total > T::zero() { T::one() / total } else { T::zero() };
         weights.iter_mut().for_each(|weight| *weight *= share);
-        let lines = [(); A].map(|()| Line::undeflected(cells));
+        let none = vec![T::zero(); cells + 1];
+        let range = (T::zero(), T::zero());
+        let lines = [(); A].map(|()| Line { deflections: none.clone(), next: none.clone(), range });
         Ok(Self { contact, length: patch.length(), places, weights, lines, of: PhantomData })
     }
 
@@ -341,7 +343,10 @@ impl<T: Scalar, M: PatchModel<T, V, A>, V: OfAxes<T, A>, const A: usize> Grid<T,
     }
 
     fn commit(&mut self, ranges: [(T, T); A]) {
-        self.lines.iter_mut().zip(ranges).for_each(|(line, range)| line.commit(range));
+        for (line, range) in self.lines.iter_mut().zip(ranges) {
+            line.range = range;
+            core::mem::swap(&mut line.deflections, &mut line.next);
+        }
     }
 
     /// Each axis's force \[N\], times a weight of the place.
@@ -398,11 +403,6 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
 }
 
 impl<T: Scalar> Line<T> {
-    fn undeflected(cells: usize) -> Self {
-        let none = vec![T::zero(); cells + 1];
-        Self { deflections: none.clone(), next: none, range: (T::zero(), T::zero()) }
-    }
-
     /// Multiplies every deflection.
     fn scale(&mut self, kept: T) {
         self.deflections.iter_mut().for_each(|deflection| *deflection *= kept);
@@ -416,25 +416,17 @@ impl<T: Scalar> Line<T> {
         cut(Interpolation::new(part).at(&self.deflections, cell), low, high)
     }
 
-    /// Takes over the next deflections.
-    fn commit(&mut self, range: (T, T)) {
-        self.range = range;
-        core::mem::swap(&mut self.deflections, &mut self.next);
-    }
-
     /// The semi-Lagrangian step of equal bristles in a uniform motion.
     fn shift(&mut self, affine: &Affine<T>, drive: T, courant: T, duration: T) {
         let (zero, one) = (T::zero(), T::one());
         let cells = self.next.len() - 1;
         let most = lit::<T>(cells as f64 + 1.0);
         let forward = courant > zero;
-        let mut shift = cut(courant, -most, most);
+        let shift = cut(courant, -most, most);
         // A whole number of cells but for rounding is one.
         let whole = shift.round();
         let exact = (shift - whole).abs() <= T::default_epsilon() * lit::<T>(8.0) * shift.abs();
-        if exact {
-            shift = whole;
-        }
+        let shift = if exact { whole } else { shift };
         let floor = (-shift).floor();
         let part = -shift - floor;
         let offset = to_f64(floor) as isize;

@@ -24,7 +24,8 @@
 use nalgebra::SVector;
 
 use super::interpolation::cut;
-use crate::combined::finite;
+use crate::axes::OfAxes as _;
+use crate::exact::profile::Map;
 use bristle::Scalar;
 use bristle::parameter::{Checked, Named};
 use bristle::root::enclose;
@@ -49,52 +50,37 @@ const FARTHEST: f64 = 1.6;
 const PANELS_A_CELL: usize = 20;
 const MORE_PANELS: usize = 1000;
 
-/// What a step makes of a deflection: z ← decay · z + gained.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Change<T> {
-    decay: T,
-    gained: T,
-}
-
-impl<T: Scalar> Change<T> {
-    #[inline]
-    pub(super) fn of(self, deflection: T) -> T {
-        self.decay * deflection + self.gained
+/// What a time with λ and u at the three nodes makes of a deflection.
+#[inline]
+fn passed<T: Scalar>(met: [(T, T); 3], duration: T, range: &mut (T, T)) -> Map<T> {
+    for (relaxation, drive) in met {
+        *range = widened(*range, drive / relaxation);
     }
-
-    /// Goes back over a time with λ and u at the three nodes.
-    #[inline]
-    fn pass(&mut self, met: [(T, T); 3], duration: T, range: &mut (T, T)) {
-        for (relaxation, drive) in met {
-            *range = widened(*range, drive / relaxation);
-        }
-        let sum = |row: &[f64; 3]| {
-            let terms = row.iter().zip(met);
-            terms.fold(T::zero(), |sum, (&a, (relaxation, _))| sum + lit::<T>(a) * relaxation)
-                * duration
-        };
-        let whole = sum(&WEIGHTS);
-        let [first, second] = INTEGRALS.map(|row| (sum(&row) - whole).exp());
-        let weights = [first * lit(WEIGHTS[0]), second * lit(WEIGHTS[1]), lit(WEIGHTS[2])];
-        let (mut relaxation, mut gained) = (T::zero(), T::zero());
-        for (weight, met) in weights.into_iter().zip(met) {
-            relaxation += weight * duration * met.0;
-            gained += weight * duration * met.1;
-        }
-        // 1 − e^−Λ over its mean is 1 up to the fourth order; nodes too few for λ may not make
-        // more of it.
-        let faded = (-whole).exp_m1();
-        let quotient = if relaxation > T::zero() { -faded / relaxation } else { T::one() };
-        self.gained += self.decay * quotient.smaller(lit(2.0)) * gained;
-        self.decay *= T::one() + faded;
+    let sum = |row: &[f64; 3]| {
+        let terms = row.iter().zip(met);
+        terms.fold(T::zero(), |sum, (&a, (relaxation, _))| sum + lit::<T>(a) * relaxation)
+            * duration
+    };
+    let whole = sum(&WEIGHTS);
+    let [first, second] = INTEGRALS.map(|row| (sum(&row) - whole).exp());
+    let weights = [first * lit(WEIGHTS[0]), second * lit(WEIGHTS[1]), lit(WEIGHTS[2])];
+    let (mut relaxation, mut gained) = (T::zero(), T::zero());
+    for (weight, met) in weights.into_iter().zip(met) {
+        relaxation += weight * duration * met.0;
+        gained += weight * duration * met.1;
     }
+    // 1 − e^−Λ over its mean is 1 up to the fourth order; nodes too few for λ may not make
+    // more of it.
+    let faded = (-whole).exp_m1();
+    let quotient = if relaxation > T::zero() { -faded / relaxation } else { T::one() };
+    Map { decay: T::one() + faded, offset: quotient.smaller(lit(2.0)) * gained }
 }
 
 /// The bristle that arrives at a node.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival<T, const A: usize> {
     /// On each axis.
-    pub(super) changes: [Change<T>; A],
+    pub(super) changes: [Map<T>; A],
     /// Where it was at the start of the step; `None` if it was not yet in the patch.
     pub(super) origin: Option<T>,
 }
@@ -173,15 +159,14 @@ where
     pub(super) fn arrival(&self, node: T, ranges: &mut [(T, T); A]) -> Checked<Arrival<T, A>> {
         let (zero, one) = (T::zero(), T::one());
         let width = one / lit(self.cells as f64);
-        let mut arrival =
-            Arrival { changes: [Change { decay: one, gained: zero }; A], origin: None };
+        let mut arrival = Arrival { changes: [Map::identity(); A], origin: None };
         let rolling_speed = (self.rolling_speed)(inside(node), self.duration);
         let transport = Named("rolling_speed", rolling_speed).finite()? / self.length;
         // A hundredth of a cell is crossed within the rounding of the time.
         let longest = width / (transport.abs() * T::default_epsilon() * lit(1e2));
         Named("duration", self.duration).at_most("what resolves a cell", longest)?;
         let mut slip = self.slip(node, self.duration);
-        finite("slip_velocity", &slip)?;
+        slip.finite("slip_velocity")?;
         let mut here = (self.duration, node, transport);
         if node <= zero && here.2 > zero || node >= one && here.2 < zero {
             return Ok(arrival);
@@ -277,7 +262,8 @@ where
             (self.driven)(&self.slip(place, time))
         });
         for (axis, (change, range)) in arrival.changes.iter_mut().zip(ranges).enumerate() {
-            change.pass(met.each_ref().map(|met| met[axis]), duration, range);
+            let met = met.each_ref().map(|met| met[axis]);
+            *change = change.after(passed(met, duration, range));
         }
     }
 }
