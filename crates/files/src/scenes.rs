@@ -266,7 +266,6 @@ pub(crate) struct PlaneBlock<const N: usize> {
     force: [AnySignal<f64>; N],
 }
 
-/// A body on axes with a model M.
 /// The columns of a body on three axes.
 const AXES: [Column; 9] = [
     ("x", "position x (m)", 1.0),
