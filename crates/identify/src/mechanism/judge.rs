@@ -6,7 +6,7 @@
 //! modelled a little wrong leave a hundredth at most; a wrong sign or a missing torque leave nearly
 //! all.
 
-use super::criteria::Criterion;
+use super::criteria::INVERSE;
 use super::plant::Plant;
 use super::report::{JointFit, Score};
 use super::smooth::SmoothedLog;
@@ -63,12 +63,10 @@ pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
 
 /// The logs that the model does not explain, the worst first; none where only torques were fitted.
 fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
-    let length = result.horizon;
-    if length == 0.0 {
+    if result.horizon == INVERSE {
         return Vec::new();
     }
-    let criterion = Criterion::Segments(length);
-    let (_, errors) = result.model.errors(&result.fit.values(), logs, criterion);
+    let (_, errors) = result.model.errors(&result.fit.values(), logs, result.horizon);
     let motion = |score: &Score| score.rmse / score.relative;
     let least = LEAST_MOTION * errors.iter().map(motion).fold(0.0, f64::max);
     let mut fails: Vec<(f64, Remark)> = Vec::new();
