@@ -155,15 +155,9 @@ impl<M: Clone> Wheel<M> {
     fn braked<P: Tyre<f64>>(&self, solver: &SolverSetup, tyre: P, columns: usize) -> Result<Table> {
         let BrakedWheelParameters { brake, mass, inertia, radius, speed, angular_velocity, .. } =
             self.wheel.clone();
-        let mut wheel = BrakedWheel::new(BrakedWheelParameters {
-            tyre,
-            brake,
-            mass,
-            inertia,
-            radius,
-            speed,
-            angular_velocity,
-        })?;
+        let parameters =
+            BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity };
+        let mut wheel = BrakedWheel::new(parameters)?;
         solver.stepped(5e-3, SEGMENTS, COLUMNS[..columns].to_vec(), |time, step| {
             let middle = time + 0.5 * step;
             let braking = WheelLoads::braking(self.brake_load.value(middle));

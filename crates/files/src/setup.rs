@@ -315,11 +315,7 @@ impl SolverSetup {
             (None, Some(step)) => (10_000 + (10.0 * self.end / step) as u64, rows),
         };
         let solved = solver.with_most_steps(most).solve(&system, 0.0..self.end, start, output);
-        let failure = match solved {
-            Ok(run) => return Ok(run),
-            Err(failure) => failure,
-        };
-        match (failure.reason, &failure.trajectory, self.step) {
+        solved.or_else(|failure| match (failure.reason, &failure.trajectory, self.step) {
             (StopReason::TooManySteps { .. }, Some(run), _) if self.most_steps.is_some() => {
                 Ok((**run).clone())
             }
@@ -328,7 +324,7 @@ impl SolverSetup {
                 let rule = "be shorter, unless the motion itself diverges";
                 must("step", Number(step), format!("{rule}: {failure}; {ADVICE}"))
             }
-        }
+        })
     }
 }
 
