@@ -534,9 +534,8 @@ impl<T: Scalar> LossyGear<T> {
             Named(name, eta).at_most(bound, one / (two - other))?;
             Ok(numerator / (one - drive * back))
         };
-        let bound = ("1/(2 - back_driving_efficiency)", "1/(2 - driving_efficiency)");
-        let motor = share("driving_efficiency", drive, bound.0, back)?;
-        let external = share("back_driving_efficiency", back, bound.1, drive)?;
+        let motor = share("driving_efficiency", drive, "1/(2 - back_driving_efficiency)", back)?;
+        let external = share("back_driving_efficiency", back, "1/(2 - driving_efficiency)", drive)?;
         let beside = ratio * (first * (one + external) + second * (one - external)) / two;
         let larger = if motor > external { motor } else { external };
         // Ideal teeth: the bearings alone.
