@@ -179,12 +179,9 @@ impl InitialGuess {
         let (guess, points) = Self::with_points(log)?;
         // Speeds that lie within a factor of two do not determine how friction depends on them.
         let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
-        if !(quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1)) {
-            return Ok(guess);
-        }
-        let Ok(fit) = guess.static_curve(EXPONENT, &points) else {
-            return Ok(guess);
-        };
+        let vary = quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1);
+        let fit = vary.then(|| guess.static_curve(EXPONENT, &points).ok()).flatten();
+        let Some(fit) = fit else { return Ok(guess) };
         let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.array();
         Ok(Self {
             static_coefficient: dynamic_coefficient + excess,

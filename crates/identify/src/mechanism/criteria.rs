@@ -104,10 +104,8 @@ impl<'a> Errors<'a> {
                 continue;
             }
             for row in segment {
-                let rows = [row, row + 1].map(|row| log.rows.get(row));
-                let [Some(before), Some(after)] = rows else { break };
-                let duration = plant.duration(row);
-                bristle = plant.follow(bristle, [before, after], duration)?;
+                let Some([before, after]) = log.rows.get(row..row + 2) else { break };
+                bristle = plant.follow(bristle, [before, after], plant.duration(row))?;
                 if inverse {
                     residuals.push(plant.imbalance(after, bristle.deflection));
                 }

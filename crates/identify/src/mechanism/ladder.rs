@@ -64,10 +64,10 @@ pub(super) fn tried(parameters: &[Parameter]) -> Vec<Vec<f64>> {
 }
 
 impl Table {
-    /// The parameters with which a candidate begins at the result of a smaller one: the same, or nearly
-    /// so. Then a search moves all of them, and one that was fixed there starts as it does by itself.
-    /// Undamped, the bristle lacks its damping: in LuGre's model a stiff one damps more than in that of
-    /// Coulomb's friction.
+    /// The parameters with which a candidate begins at the result of a smaller one: the same, or
+    /// nearly so. Then a search moves all of them, and one that was fixed there starts as it does
+    /// by itself. Undamped, the bristle lacks its damping: in LuGre's model a stiff one damps more
+    /// than in that of Coulomb's friction.
     pub(super) fn begun(&self, smaller: &JointFit, [nearly, undamped]: [bool; 2]) -> Vec<f64> {
         let value = |(parameter, log): (&Parameter, &Option<usize>)| {
             let undamped = undamped && parameter.name == "micro_damping";
