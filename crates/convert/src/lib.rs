@@ -86,17 +86,16 @@ impl<T: Scalar> SimscapeFriction<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn curve(&self) -> Checked<Stribeck<T>> {
-        Named("coulomb_friction", self.coulomb_friction).positive()?;
-        Named("breakaway_friction", self.breakaway_friction).finite()?;
-        let (least, limit) = ("coulomb_friction", self.coulomb_friction);
-        Named("breakaway_friction", self.breakaway_friction).at_least(least, limit)?;
+        let coulomb = Named("coulomb_friction", self.coulomb_friction).positive()?;
+        let most = Named("breakaway_friction", self.breakaway_friction);
+        most.finite().and(most.at_least("coulomb_friction", coulomb))?;
         Named("breakaway_velocity", self.breakaway_velocity).positive()?;
         Named("viscous_coefficient", self.viscous_coefficient).non_negative()?;
         // With u = ω/ω_brk the fall is u e^((1 − u²)/2) from u = 1 on, and 1 below. Of all
         // e^(−(u/a)^δ) this one has the least largest error, 0.0448 (a search over a and δ).
         Stribeck::new(StribeckParameters {
             static_coefficient: self.breakaway_friction,
-            dynamic_coefficient: self.coulomb_friction,
+            dynamic_coefficient: coulomb,
             stribeck_velocity: self.breakaway_velocity * lit(2.157),
             stribeck_exponent: lit(4.285),
             viscous_friction: self.viscous_coefficient,
@@ -162,15 +161,14 @@ impl<T: Scalar> DrakeFriction<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn curve(&self) -> Checked<Stribeck<T>> {
-        Named("dynamic_friction", self.dynamic_friction).positive()?;
-        Named("static_friction", self.static_friction).finite()?;
-        let (least, limit) = ("dynamic_friction", self.dynamic_friction);
-        Named("static_friction", self.static_friction).at_least(least, limit)?;
+        let dynamic = Named("dynamic_friction", self.dynamic_friction).positive()?;
+        let most = Named("static_friction", self.static_friction);
+        most.finite().and(most.at_least("dynamic_friction", dynamic))?;
         Named("stiction_tolerance", self.stiction_tolerance).positive()?;
         // Of all e^(−(x/a)^δ) this one has the least largest error, 0.0241 (a search over a and δ).
         Stribeck::new(StribeckParameters {
             static_coefficient: self.static_friction,
-            dynamic_coefficient: self.dynamic_friction,
+            dynamic_coefficient: dynamic,
             stribeck_velocity: self.stiction_tolerance * lit(2.15),
             stribeck_exponent: lit(5.894),
             viscous_friction: T::zero(),
@@ -244,12 +242,8 @@ impl<T: Scalar> MujocoFriction<T> {
     /// Names the parameter that is out of its range.
     pub fn creep_damping(&self) -> Checked<T> {
         let inertia = Named("inertia", self.inertia).positive()?;
-        let mut impedance = self.solimp;
-        for (index, d) in impedance.iter_mut().enumerate() {
-            ParameterError::of_component(index, Named("solimp", *d).between(0.0, 1.0))?;
-            *d = d.clamp(lit(1e-4), lit(0.9999));
-        }
-        let [least, most] = impedance;
+        ParameterError::of_components(self.solimp, |d| Named("solimp", d).between(0.0, 1.0))?;
+        let [least, most] = self.solimp.map(|d| d.clamp(lit(1e-4), lit(0.9999)));
         let [time, damping] = self.solref;
         let rate = if damping > T::zero() {
             let time = ParameterError::of_component(0, Named("solref", time).positive())?;
@@ -270,11 +264,9 @@ impl<T: Scalar> MujocoFriction<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn bristle(&self) -> Checked<Maxwell<T>> {
-        let damping = self.creep_damping()?;
-        Maxwell::new(MaxwellParameters {
-            micro_stiffness: lit::<T>(4.0) * damping * damping / self.inertia,
-            series_damping: damping,
-        })
+        let series_damping = self.creep_damping()?;
+        let micro_stiffness = lit::<T>(4.0) * series_damping * series_damping / self.inertia;
+        Maxwell::new(MaxwellParameters { micro_stiffness, series_damping })
     }
 }
 
@@ -542,9 +534,8 @@ impl<T: Scalar> LossyGear<T> {
             Named(name, eta).at_most(bound, one / (two - other))?;
             Ok(numerator / (one - drive * back))
         };
-        let bound = ("1/(2 - back_driving_efficiency)", "1/(2 - driving_efficiency)");
-        let motor = share("driving_efficiency", drive, bound.0, back)?;
-        let external = share("back_driving_efficiency", back, bound.1, drive)?;
+        let motor = share("driving_efficiency", drive, "1/(2 - back_driving_efficiency)", back)?;
+        let external = share("back_driving_efficiency", back, "1/(2 - driving_efficiency)", drive)?;
         let beside = ratio * (first * (one + external) + second * (one - external)) / two;
         let larger = if motor > external { motor } else { external };
         // Ideal teeth: the bearings alone.
@@ -632,16 +623,13 @@ impl<T: Scalar> Presliding<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn bristle(&self) -> Checked<KelvinVoigt<T>> {
-        let stiffness = Named("static_coefficient", self.static_coefficient).positive()?
+        let micro_stiffness = Named("static_coefficient", self.static_coefficient).positive()?
             / Named("travel", self.travel).positive()?;
         let mass = Named("mass", self.mass).positive()?;
         let force = Named("normal_force", self.normal_force).positive()?;
         let ratio = Named("damping_ratio", self.damping_ratio).non_negative()?;
-        let damping = lit::<T>(2.0) * ratio * (stiffness * mass / force).sqrt();
-        KelvinVoigt::new(KelvinVoigtParameters {
-            micro_stiffness: stiffness,
-            micro_damping: damping,
-        })
+        let micro_damping = lit::<T>(2.0) * ratio * (micro_stiffness * mass / force).sqrt();
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })
     }
 }
 

@@ -276,10 +276,8 @@ fn choice(document: &Node, entries: &[Entry], error: &toml::de::Error) -> Option
     }
     let name = path.join(".");
     let Some(last) = table.keys().map(|key| key.span().start).max() else {
-        return Some((
-            span.start,
-            format!("{name} is empty, expected {}", choices(document, path)?),
-        ));
+        let wanted = choices(document, path)?;
+        return Some((span.start, format!("{name} is empty, expected {wanted}")));
     };
     let keys: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
     let (count, keys) = (keys.len(), keys.join(" and "));

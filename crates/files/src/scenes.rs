@@ -155,15 +155,9 @@ impl<M: Clone> Wheel<M> {
     fn braked<P: Tyre<f64>>(&self, solver: &SolverSetup, tyre: P, columns: usize) -> Result<Table> {
         let BrakedWheelParameters { brake, mass, inertia, radius, speed, angular_velocity, .. } =
             self.wheel.clone();
-        let mut wheel = BrakedWheel::new(BrakedWheelParameters {
-            tyre,
-            brake,
-            mass,
-            inertia,
-            radius,
-            speed,
-            angular_velocity,
-        })?;
+        let parameters =
+            BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity };
+        let mut wheel = BrakedWheel::new(parameters)?;
         solver.stepped(5e-3, SEGMENTS, COLUMNS[..columns].to_vec(), |time, step| {
             let middle = time + 0.5 * step;
             let braking = WheelLoads::braking(self.brake_load.value(middle));
@@ -266,7 +260,6 @@ pub(crate) struct PlaneBlock<const N: usize> {
     force: [AnySignal<f64>; N],
 }
 
-/// A body on axes with a model M.
 /// The columns of a body on three axes.
 const AXES: [Column; 9] = [
     ("x", "position x (m)", 1.0),

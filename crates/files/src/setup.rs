@@ -315,11 +315,7 @@ impl SolverSetup {
             (None, Some(step)) => (10_000 + (10.0 * self.end / step) as u64, rows),
         };
         let solved = solver.with_most_steps(most).solve(&system, 0.0..self.end, start, output);
-        let failure = match solved {
-            Ok(run) => return Ok(run),
-            Err(failure) => failure,
-        };
-        match (failure.reason, &failure.trajectory, self.step) {
+        solved.or_else(|failure| match (failure.reason, &failure.trajectory, self.step) {
             (StopReason::TooManySteps { .. }, Some(run), _) if self.most_steps.is_some() => {
                 Ok((**run).clone())
             }
@@ -328,7 +324,7 @@ impl SolverSetup {
                 let rule = "be shorter, unless the motion itself diverges";
                 must("step", Number(step), format!("{rule}: {failure}; {ADVICE}"))
             }
-        }
+        })
     }
 }
 
@@ -342,18 +338,15 @@ fn error_of_steps<const N: usize>(
 ) -> Result<f64> {
     let largest = |sizes: SVector<f64, N>, state: &SVector<f64, N>| sizes.sup(&state.abs());
     let sizes = finer.states().iter().fold(scales, largest);
-    let (mut error, mut where_it_is) = (0.0, (0.0, 0));
-    for ((time, state), (_, nearer)) in run.iter().zip(finer.iter()) {
-        for (index, part) in (state - nearer).component_div(&sizes).iter().enumerate() {
-            if !(part.abs() <= error) {
-                (error, where_it_is) = (part.abs(), (time, index));
-            }
-        }
-    }
+    let changes = run.iter().zip(finer.iter()).flat_map(|((time, state), (_, nearer))| {
+        let change = (state - nearer).component_div(&sizes).abs();
+        (0..N).map(move |index| (change[index], time, index))
+    });
+    let (error, time, index) =
+        changes.fold((0.0, 0.0, 0), |worst, it| if it.0 <= worst.0 { worst } else { it });
     if error <= MOST_ERROR {
         return Ok(error);
     }
-    let (time, index) = where_it_is;
     let error = Number(error);
     let why = format!("half of it changes component {index} of the state at t = {time} s");
     must("step", Number(step), format!("be shorter: {why} by {error:.2} of its scale; {ADVICE}"))

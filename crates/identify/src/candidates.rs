@@ -8,7 +8,7 @@ use super::InitialGuess;
 use super::residuals::Parameter;
 use super::static_curve::{EXPONENT, stribeck, stribeck_parameters};
 use bristle::curve::Stribeck;
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, ElastoPlastic, FrBd, Scalar};
@@ -53,7 +53,7 @@ pub trait Candidate<const N: usize>: Debug {
     /// # Errors
     ///
     /// Parameters out of their ranges.
-    fn model<T: Scalar>(&self, values: &[T; N]) -> Result<Self::Model<T>, ParameterError>;
+    fn model<T: Scalar>(&self, values: &[T; N]) -> Checked<Self::Model<T>>;
 
     /// Exact steps per row of a log: more than one for a model that freezes a coefficient over a
     /// step, where rows lie far apart.
@@ -66,12 +66,6 @@ pub trait Candidate<const N: usize>: Debug {
     fn offset<T: Scalar>(&self, _values: &[T; N]) -> T {
         T::zero()
     }
-}
-
-/// An offset of any size: the middle between both directions, and twice the friction about it.
-fn offset(guess: &InitialGuess) -> Parameter {
-    let (start, size) = (guess.offset, 2.0 * guess.dynamic_coefficient);
-    Parameter::scaled("offset", "", start, start - size..=start + size, 0.05 * size)
 }
 
 /// [`FrBd`] with a [`Stribeck`] curve (δ = 2) and a [`KelvinVoigt`] bristle.
@@ -94,7 +88,7 @@ impl Candidate<6> for FrBdFit {
     fn model<T: Scalar>(
         &self,
         &[dynamic, excess, velocity, viscous, micro_stiffness, micro_damping]: &[T; 6],
-    ) -> Result<Self::Model<T>, ParameterError> {
+    ) -> Checked<Self::Model<T>> {
         let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })?;
         let curve = stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?;
         Ok(FrBd::new(curve, bristle))
@@ -127,15 +121,17 @@ impl Candidate<8> for ElastoPlasticFit {
         let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
         // At a share of one the knee would be a corner.
         let share = Parameter::scaled("stick_share", "", 0.5, 1e-3..=0.99, 0.5);
-        [a, b, c, d, e, f, share, offset(guess)]
+        // Of any size: the middle between both directions, and twice the friction about it.
+        let (start, size) = (guess.offset, 2.0 * guess.dynamic_coefficient);
+        let bounds = start - size..=start + size;
+        let offset = Parameter::scaled("offset", "", start, bounds, 0.05 * size);
+        [a, b, c, d, e, f, share, offset]
     }
 
-    fn model<T: Scalar>(&self, values: &[T; 8]) -> Result<Self::Model<T>, ParameterError> {
-        let &[dynamic, excess, velocity, viscous, micro_stiffness, micro_damping, share, _] =
-            values;
-        let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })?;
-        let curve = stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?;
-        ElastoPlastic::new(curve, bristle, share * dynamic / micro_stiffness)
+    fn model<T: Scalar>(&self, values: &[T; 8]) -> Checked<Self::Model<T>> {
+        let &[dynamic, excess, velocity, viscous, stiffness, damping, share, _] = values;
+        let frbd = FrBdFit.model(&[dynamic, excess, velocity, viscous, stiffness, damping])?;
+        ElastoPlastic::new(*frbd.curve(), *frbd.rheology(), share * dynamic / stiffness)
     }
 
     fn substeps(&self) -> NonZero<u32> {

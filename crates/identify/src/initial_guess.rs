@@ -22,7 +22,7 @@ use core::ops::RangeInclusive;
 
 use super::Log;
 use super::log::{median, quantile, range, span};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 
 /// The range of nearly all rows is that between this share and the same share from the top: a few
 /// bad rows do not change it.
@@ -82,7 +82,7 @@ impl InitialGuess {
     /// Refuses a log without a reversal, or in which no stroke is long enough to slide, and
     /// friction that never changes, or that drives the motion (without its offset, over the whole
     /// log).
-    pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), ParameterError> {
+    pub fn with_points(log: &Log) -> Checked<(Self, Vec<SlidingPoint>)> {
         let position = log.positions();
         let noise = noise(&position);
         let strokes = Stroke::all(&position, noise, log)?;
@@ -140,7 +140,7 @@ struct Stroke {
 
 impl Stroke {
     /// All strokes of a log, two at least.
-    fn all(position: &[f64], noise: f64, log: &Log) -> Result<Vec<Self>, ParameterError> {
+    fn all(position: &[f64], noise: f64, log: &Log) -> Checked<Vec<Self>> {
         let (first, last) = range(position);
         let strokes = strokes(position, f64::max(noise, TURN * (last - first)));
         let reversals = strokes.len().saturating_sub(1);

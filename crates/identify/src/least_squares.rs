@@ -7,7 +7,7 @@ use super::residuals::{Parameter, Residuals};
 use super::triangle::Triangle;
 use super::uncertainty::assess;
 use super::{Fit, SearchOutcome};
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 
 /// SearchSettings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,14 +79,13 @@ pub fn least_squares<R: Residuals<N>, const N: usize>(
     parameters: [Parameter; N],
     settings: &SearchSettings,
     progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
-) -> Result<Fit, ParameterError> {
+) -> Checked<Fit> {
     let residuals = &Counted(residuals);
     let found = minimise(residuals, &parameters, settings, PROBES, progress)?;
-    Ok(assess(&Problem::new(residuals, &parameters)?, &found))
+    Ok(assess(&Problem::new(residuals, &parameters)?, &found, f64::INFINITY))
 }
 
 /// Where a search has ended.
-#[derive(Debug, Clone)]
 pub(super) struct Found {
     pub(super) point: Point,
     pub(super) values: Vec<f64>,
@@ -103,7 +102,7 @@ pub(super) fn minimise<R: Objective>(
     settings: &SearchSettings,
     probes: usize,
     progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
-) -> Result<Found, ParameterError> {
+) -> Checked<Found> {
     Named("tolerance", settings.tolerance).non_negative()?;
     let problem = &Problem::new(residuals, parameters)?;
     // With the model's own error, if it refuses the start.
@@ -192,7 +191,7 @@ impl<R: Objective> Search<'_, R> {
     /// The best of the points that differ in one parameter, if the difference is noticeable.
     fn probe(&self, progress: Callback<'_>) -> ControlFlow<(), Option<(f64, Point)>> {
         let Self { problem, point: now, .. } = self;
-        let mut best = None;
+        let (mut best, mut least) = (None, (1.0 - NOTICEABLE) * self.cost);
         for (i, parameter) in problem.parameters.iter().enumerate() {
             let size = parameter.typical.map_or(1.0, |_| now[i].abs().max(1.0));
             for change in [PROBE * size, -PROBE * size] {
@@ -201,10 +200,8 @@ impl<R: Objective> Search<'_, R> {
                     continue;
                 }
                 let cost = problem.cost(&point);
-                let least =
-                    best.as_ref().map_or((1.0 - NOTICEABLE) * self.cost, |best: &(f64, _)| best.0);
                 if cost < least {
-                    best = Some((cost, point));
+                    (best, least) = (Some((cost, point)), cost);
                 }
                 self.ask(progress)?;
             }
@@ -228,7 +225,7 @@ impl<R: Objective> Search<'_, R> {
                 return SearchOutcome::NoDerivative;
             }
             let linear = rows.linear(problem.parameters.len());
-            self.rows = linear.rows;
+            self.rows = rows.rows.len();
             // Marquardt's scaling by the lengths of the columns, which never falls (Moré).
             scale = scale.zip_map(&linear.column_norms(), f64::max);
             let before = self.cost;
@@ -264,9 +261,8 @@ impl<R: Objective> Search<'_, R> {
         let descent = linear.gradient();
         let free: Vec<bool> =
             problem.resting(&self.point, &descent).iter().map(Option::is_none).collect();
-        let longest = |i: usize| match problem.parameters.get(i) {
-            Some(Parameter { typical: None, .. }) => LONGEST_STEP,
-            _ => f64::INFINITY,
+        let longest = |i: usize| {
+            if problem.parameters[i].typical.is_none() { LONGEST_STEP } else { f64::INFINITY }
         };
         for _ in 0..TRIALS {
             let step = linear.damped(&(scale * f64::sqrt(damping.value)), &free);

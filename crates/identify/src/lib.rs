@@ -13,7 +13,7 @@
 //!
 //! | step | what | where |
 //! |---|---|---|
-//! | 1 | columns, checked row by row | [`Log`], which refuses with a [`LogError`] |
+//! | 1 | columns, checked row by row | [`Log`] |
 //! | 2 | starting values for stiffness and curve | [`InitialGuess`] |
 //! | 3 | a model with free parameters | [`FrBdFit`], [`ElastoPlasticFit`], your own [`Candidate`] |
 //! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints |
@@ -90,7 +90,7 @@ mod uncertainty;
 pub use candidates::{Candidate, ElastoPlasticFit, FrBdFit};
 pub use initial_guess::{InitialGuess, SlidingPoint};
 pub use least_squares::{SearchProgress, SearchSettings, least_squares};
-pub use log::{Log, LogError, LogParameters, MeasuredMotion};
+pub use log::{Log, LogParameters, MeasuredMotion};
 pub use report::{Estimate, Fit, Identifiability, Remark, SearchOutcome};
 pub use residuals::{Parameter, Residuals};
 pub use simulation::{fit, predict};

@@ -1,46 +1,11 @@
 //! Measured motion and friction, checked row by row.
 
-use core::fmt;
 use core::ops::Range;
 
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, ParameterError};
 
 /// Fewest rows of a log.
 pub(super) const FEWEST: usize = 20;
-
-/// Why a log was refused: the column, the row, the value and the rule that it breaks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LogError {
-    /// Name of the column, or of a number beside or from the columns.
-    pub column: &'static str,
-    /// Number of the row, from zero; `None` for a fault of the whole column.
-    pub row: Option<usize>,
-    /// The value that was given.
-    pub value: f64,
-    /// The rule that the value breaks.
-    pub rule: Rule,
-}
-
-impl From<ParameterError> for LogError {
-    fn from(ParameterError { name, component, value, rule }: ParameterError) -> Self {
-        Self { column: name, row: component, value, rule }
-    }
-}
-
-impl fmt::Display for LogError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { column, row, value, rule } = *self;
-        match rule {
-            Rule::Count { least } => write!(f, "there must be at least {least} rows, not {value}"),
-            Rule::CountBetween { least, .. } => {
-                write!(f, "there must be {least} rows of {column}, not {value}")
-            }
-            _ => ParameterError { name: column, component: row, value, rule }.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for LogError {}
 
 /// What was measured of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,18 +81,19 @@ impl Log {
     ///
     /// Magnitudes that only a mistake in units explains are refused: a speed above 10⁴ m/s, a
     /// travel below a nanometre, and, with a normal force, a median |F|/p outside 10⁻⁴ … 100.
-    pub fn new(parameters: LogParameters<'_>) -> Result<Self, LogError> {
+    pub fn new(parameters: LogParameters<'_>) -> Checked<Self> {
         let LogParameters { time, motion, friction, normal_force } = parameters;
         let time = times(time)?;
-        let finite = |name, values| column(name, values, time.len(), Named::finite);
-        let mut coefficient = finite("friction", friction)?;
+        let finite = |names, values| column(names, values, time.len(), Named::finite);
+        let mut coefficient = finite(["friction", "rows of friction"], friction)?;
         if let Some(normal) = normal_force {
-            let normal = column("normal_force", normal, time.len(), Named::positive)?;
+            let names = ["normal_force", "rows of normal_force"];
+            let normal = column(names, normal, time.len(), Named::positive)?;
             coefficient.iter_mut().zip(normal).for_each(|(f, p)| *f /= p);
         }
         let (along, is_position) = match motion {
-            MeasuredMotion::Position(x) => (finite("position", x)?, true),
-            MeasuredMotion::Velocity(v) => (finite("velocity", v)?, false),
+            MeasuredMotion::Position(x) => (finite(["position", "rows of position"], x)?, true),
+            MeasuredMotion::Velocity(v) => (finite(["velocity", "rows of velocity"], v)?, false),
         };
         let mean_velocity = |((start, end), (a, b)): ((f64, f64), (f64, f64))| {
             if is_position { (b - a) / (end - start) } else { 0.5 * (a + b) }
@@ -147,10 +113,10 @@ impl Log {
     }
 
     /// Refuses what only a mistake in units explains.
-    fn check_magnitudes(&self, normalised: bool) -> Result<(), LogError> {
+    fn check_magnitudes(&self, normalised: bool) -> Checked<()> {
         let rule = "lie between -10000 and 10000 m/s (units?)";
-        let usual = |v: Named<f64>| v.stated(v.1.abs() <= FASTEST, rule);
-        column("velocity", &self.held, self.len(), usual)?;
+        let usual = |&v: &f64| Named("velocity", v).stated(v.abs() <= FASTEST, rule);
+        ParameterError::of_components(&self.held, usual)?;
         if normalised {
             let name = "the median of |friction|/normal_force";
             let mut sizes: Vec<f64> = self.coefficient.iter().map(|mu| mu.abs()).collect();
@@ -162,8 +128,7 @@ impl Log {
         let (least, most) = range(&self.positions());
         let travel = most - least;
         let rule = "be at least 1e-9 (units?)";
-        Named("the travel in m", travel).stated(travel >= SHORTEST, rule)?;
-        Ok(())
+        Named("the travel in m", travel).stated(travel >= SHORTEST, rule).map(drop)
     }
 
     /// The log whose first `duration` \[s\] does not count in [`fit`](super::fit) and
@@ -172,7 +137,7 @@ impl Log {
     /// # Errors
     ///
     /// Refuses a duration that is negative or not finite.
-    pub fn settling(self, duration: f64) -> Result<Self, ParameterError> {
+    pub fn settling(self, duration: f64) -> Checked<Self> {
         Ok(Self { settle: Named("settling time", duration).non_negative()?, ..self })
     }
 
@@ -181,7 +146,7 @@ impl Log {
     /// # Errors
     ///
     /// Refuses a window of fewer than 20 rows, and an end that is NaN; both may be infinite.
-    pub fn between(&self, from: f64, to: f64) -> Result<Self, LogError> {
+    pub fn between(&self, from: f64, to: f64) -> Checked<Self> {
         let rows = window(&self.time, from, to)?;
         let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
         Ok(Self {
@@ -225,10 +190,8 @@ impl Log {
     /// measured one, over the rows that count.
     pub fn rmse(&self, coefficients: &[f64]) -> f64 {
         let rows = coefficients.iter().zip(&self.coefficient).skip(self.settled());
-        let (squares, count) = rows.fold((0.0, 0.0), |(sum, count), (model, measured)| {
-            (sum + (model - measured) * (model - measured), count + 1.0)
-        });
-        f64::sqrt(squares / count)
+        let squares = rows.clone().map(|(model, measured)| (model - measured) * (model - measured));
+        f64::sqrt(squares.sum::<f64>() / rows.count() as f64)
     }
 
     /// Work \[m\] of a friction coefficient at every row, over the normal force, along the whole
@@ -261,39 +224,35 @@ pub(super) fn span(time: &[f64]) -> f64 {
 }
 
 /// The rows with from ≤ t ≤ to; at least as many as a log has.
-pub(super) fn window(time: &[f64], from: f64, to: f64) -> Result<Range<usize>, LogError> {
+pub(super) fn window(time: &[f64], from: f64, to: f64) -> Checked<Range<usize>> {
     Named("from", from).number()?;
     Named("to", to).number()?;
     let first = time.partition_point(|&t| t < from);
     let end = time.partition_point(|&t| t <= to).max(first);
-    Named("time", end - first).count(FEWEST)?;
+    Named("rows", end - first).count(FEWEST)?;
     Ok(first..end)
 }
 
 /// Times, if there are enough of them and they increase.
-pub(super) fn times(time: &[f64]) -> Result<Vec<f64>, LogError> {
-    Named("time", time.len()).count(FEWEST)?;
-    let time = column("time", time, time.len(), Named::finite)?;
-    for (row, (before, value)) in pairs(&time).enumerate() {
-        ParameterError::of_component(row + 1, Named("time", value).increasing(before))?;
-    }
-    Ok(time)
+pub(super) fn times(time: &[f64]) -> Checked<Vec<f64>> {
+    Named("rows", time.len()).count(FEWEST)?;
+    let mut before = f64::NEG_INFINITY;
+    ParameterError::of_components(time, |&value| {
+        Named("time", value).increasing(core::mem::replace(&mut before, value))
+    })?;
+    Ok(time.to_vec())
 }
 
-/// Refuses a column without a value for each row.
-pub(super) fn length(name: &'static str, count: usize, rows: usize) -> Result<(), LogError> {
-    Ok(Named(name, count).count_between(rows, rows)?)
-}
-
-/// A column, if it has so many rows and all its values obey a rule.
+/// A column, if it has so many rows and all its values obey a rule: its name, and what its rows are
+/// called.
 pub(super) fn column(
-    name: &'static str,
+    [name, rows_of_it]: [&'static str; 2],
     values: &[f64],
     rows: usize,
-    check: impl Fn(Named<f64>) -> Result<f64, ParameterError>,
-) -> Result<Vec<f64>, LogError> {
-    length(name, values.len(), rows)?;
-    let checked = |(row, &value)| Ok(ParameterError::of_component(row, check(Named(name, value)))?);
+    check: impl Fn(Named<f64>) -> Checked<f64>,
+) -> Checked<Vec<f64>> {
+    Named(rows_of_it, values.len()).count_between(rows, rows)?;
+    let checked = |(row, &value)| ParameterError::of_component(row, check(Named(name, value)));
     values.iter().enumerate().map(checked).collect()
 }
 

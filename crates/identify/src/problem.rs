@@ -9,10 +9,10 @@ use nalgebra::DVector;
 use num_dual::Dual64;
 
 use super::Identifiability;
-use super::residuals::{Parameter, Residuals, within};
+use super::residuals::{Parameter, Residuals};
 use super::triangle::Triangle;
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 
 /// Values of the search variables.
 pub(super) type Point = DVector<f64>;
@@ -20,11 +20,7 @@ pub(super) type Point = DVector<f64>;
 /// Residuals as a function of parameters whose number is known at run time.
 pub(super) trait Objective {
     /// Passes every residual to `each`, see [`Residuals::evaluate`].
-    fn evaluate<T: Scalar>(
-        &self,
-        values: &[T],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError>;
+    fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()>;
 
     /// Σ r²; infinite where the model has no finite answer.
     fn cost(&self, values: &[f64]) -> f64 {
@@ -34,11 +30,12 @@ pub(super) trait Objective {
             _ => f64::INFINITY,
         }
     }
+}
 
-    /// Size of a gradient in the search variables beyond which a row says nothing of the accuracy
-    /// of the parameters: a linear model of it would hold for no change that is worth a name.
-    fn largest_gradient(&self) -> f64 {
-        f64::INFINITY
+/// Takes values as the starts of parameters.
+pub(super) fn begin_at(parameters: &mut [Parameter], values: &[f64]) {
+    for (parameter, &value) in parameters.iter_mut().zip(values) {
+        parameter.start = value;
     }
 }
 
@@ -46,11 +43,7 @@ pub(super) trait Objective {
 pub(super) struct Counted<'a, R, const N: usize>(pub(super) &'a R);
 
 impl<R: Residuals<N>, const N: usize> Objective for Counted<'_, R, N> {
-    fn evaluate<T: Scalar>(
-        &self,
-        values: &[T],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError> {
+    fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()> {
         match values.try_into() {
             Ok(values) => self.0.evaluate(values, each),
             Err(_) => Named("parameters", values.len()).count(N),
@@ -87,10 +80,7 @@ pub(super) struct Problem<'a, R> {
 
 impl<'a, R: Objective> Problem<'a, R> {
     /// Checks starts and bounds.
-    pub(super) fn new(
-        residuals: &'a R,
-        parameters: &'a [Parameter],
-    ) -> Result<Self, ParameterError> {
+    pub(super) fn new(residuals: &'a R, parameters: &'a [Parameter]) -> Checked<Self> {
         for &Parameter { name, start, least, most, typical, .. } in parameters {
             Named(name, least).finite()?;
             Named(name, most).finite()?;
@@ -108,9 +98,10 @@ impl<'a, R: Objective> Problem<'a, R> {
         Ok(Self { residuals, parameters, start, least, most })
     }
 
-    /// A point within the bounds, component by component.
+    /// A point within the bounds, component by component. NaN stays, to be refused by name.
     pub(super) fn within(&self, of: impl Fn(usize) -> f64) -> Point {
-        Point::from_fn(self.parameters.len(), |i, _| within(of(i), self.least[i], self.most[i]))
+        let within = |i: usize, _| of(i).larger(self.least[i]).smaller(self.most[i]);
+        Point::from_fn(self.parameters.len(), within)
     }
 
     pub(super) fn values(&self, point: &Point) -> Vec<f64> {

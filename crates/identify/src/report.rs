@@ -30,6 +30,13 @@ pub enum Identifiability {
     Unexplained,
 }
 
+impl Identifiability {
+    /// That of a value with a standard error.
+    pub(super) fn of(value: f64, error: f64) -> Self {
+        if error <= value.abs() { Self::Determined } else { Self::Uncertain }
+    }
+}
+
 impl fmt::Display for Identifiability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {

@@ -2,8 +2,8 @@
 
 use core::ops::RangeInclusive;
 
-use bristle::parameter::Named;
-use bristle::{ParameterError, Scalar};
+use bristle::Scalar;
+use bristle::parameter::{Checked, Named};
 
 /// A parameter to be found: its name, its bounds, and where the search starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,18 +60,6 @@ impl Parameter {
     }
 }
 
-/// The nearest value within bounds. Unlike `clamp`, it lets NaN through, for the search to refuse
-/// it by name, and does not panic at bounds in the wrong order.
-pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
-    if value < least {
-        least
-    } else if value > most {
-        most
-    } else {
-        value
-    }
-}
-
 /// Residuals of a model with N parameters, generic over the scalar so that dual numbers can
 /// differentiate them.
 ///
@@ -116,9 +104,5 @@ pub trait Residuals<const N: usize> {
     /// # Errors
     ///
     /// Parameters that the model refuses. The search then takes a shorter step.
-    fn evaluate<T: Scalar>(
-        &self,
-        values: &[T; N],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError>;
+    fn evaluate<T: Scalar>(&self, values: &[T; N], each: &mut impl FnMut(T)) -> Checked<()>;
 }

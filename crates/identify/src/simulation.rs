@@ -6,15 +6,15 @@ use nalgebra::DVector;
 
 use super::initial_guess::bulk;
 use super::log::FEWEST;
-use super::residuals::{Parameter, Residuals, within};
+use super::residuals::{Parameter, Residuals};
 use super::triangle::Triangle;
 use super::{Candidate, Fit, Log, Remark, SearchProgress, SearchSettings, least_squares};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
 
 /// The residuals of a candidate along a log.
-struct Along<'a, C> {
+struct Along<'a, C, const N: usize> {
     candidate: &'a C,
     log: &'a Log,
     /// Initial friction coefficient: the first row, cut to the range of nearly all rows. Otherwise
@@ -22,44 +22,33 @@ struct Along<'a, C> {
     first: f64,
 }
 
-impl<'a, C> Along<'a, C> {
-    /// Checks that enough rows count for so many parameters.
-    fn new(candidate: &'a C, log: &'a Log, parameters: usize) -> Result<Self, ParameterError> {
+impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
+    /// Checks that enough rows count for the parameters.
+    fn new(candidate: &'a C, log: &'a Log) -> Checked<Self> {
         let counted = log.len() - log.settled();
-        Named("rows after settling", counted).count(FEWEST.max(parameters + 1))?;
+        Named("rows after settling", counted).count(FEWEST.max(N + 1))?;
         let (low, high) = bulk(&mut log.coefficient.clone());
-        let first = within(log.coefficient.first().copied().unwrap_or(0.0), low, high);
+        let first = log.coefficient.first().copied().unwrap_or(0.0).larger(low).smaller(high);
         Ok(Self { candidate, log, first })
     }
 
     /// Passes the model's friction coefficient at every row to `each`.
-    fn run<T: Scalar, const N: usize>(
-        &self,
-        values: &[T; N],
-        mut each: impl FnMut(T),
-    ) -> Result<(), ParameterError>
-    where
-        C: Candidate<N>,
-    {
+    fn run<T: Scalar>(&self, values: &[T; N], mut each: impl FnMut(T)) -> Checked<()> {
         let model = self.candidate.model(values)?;
         let offset = self.candidate.offset(values);
         let Log { time, held, velocity, .. } = self.log;
         let substeps = self.candidate.substeps().get();
-        let share = 1.0 / f64::from(substeps);
-        // The deflection that gives the first measured friction at rest. Slow sliding carries no
-        // more than `carried`: a first row beyond that is an error of the sensor, not a stretched
-        // bristle.
-        let first: T = lit(self.first);
-        let rest = T::zero();
-        let forward = bristle::Branch::Forward.of(rest);
+        let part = 1.0 / f64::from(substeps);
+        // The deflection that gives the first measured friction at rest, at most that of slow
+        // sliding: a first row beyond that is an error of the sensor, not a stretched bristle.
+        let forward = bristle::Branch::Forward.of(T::zero());
         let full = model.stationary(forward);
-        let carried = model.coefficient(forward, full);
-        let one = T::one();
-        let mut deflection = full * within((first - offset) / carried, -one, one);
+        let share = (lit::<T>(self.first) - offset) / model.coefficient(forward, full);
+        let mut deflection = full * share.larger(-T::one()).smaller(T::one());
         let mut before: Option<f64> = None;
         for ((&time, &held), &velocity) in time.iter().zip(held).zip(velocity) {
             if let Some(before) = before {
-                let duration = lit((time - before) * share);
+                let duration = lit((time - before) * part);
                 for _ in 0..substeps {
                     deflection = model.hold(lit::<T>(held), deflection, duration).deflection;
                 }
@@ -71,20 +60,13 @@ impl<'a, C> Along<'a, C> {
     }
 }
 
-impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C> {
-    fn evaluate<T: Scalar>(
-        &self,
-        values: &[T; N],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError> {
-        let (mut row, settled) = (0, self.log.settled());
+impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
+    fn evaluate<T: Scalar>(&self, values: &[T; N], each: &mut impl FnMut(T)) -> Checked<()> {
+        let (mut rows, settled) = (self.log.coefficient.iter().enumerate(), self.log.settled());
         self.run(values, |model: T| {
-            if row >= settled
-                && let Some(&measured) = self.log.coefficient.get(row)
-            {
+            if let Some((_, &measured)) = rows.next().filter(|(row, _)| *row >= settled) {
                 each(model - lit(measured));
             }
-            row += 1;
         })
     }
 }
@@ -144,8 +126,8 @@ pub fn fit<C: Candidate<N>, const N: usize>(
     log: &Log,
     settings: &SearchSettings,
     progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
-) -> Result<Fit, ParameterError> {
-    let along = Along::new(candidate, log, N)?;
+) -> Checked<Fit> {
+    let along = Along::new(candidate, log)?;
     let mut fit = least_squares(&along, parameters, settings, progress)?;
     fit.remarks.extend(motor_torque(log, fit.rmse));
     Ok(fit)
@@ -194,11 +176,11 @@ pub fn predict<C: Candidate<N>, const N: usize>(
     candidate: &C,
     values: &[f64],
     log: &Log,
-) -> Result<Vec<f64>, ParameterError> {
+) -> Checked<Vec<f64>> {
     Named("values", values.len()).count_between(N, N)?;
     let values: [f64; N] = core::array::from_fn(|i| values[i]);
     let mut coefficients = Vec::with_capacity(log.len());
-    Along::new(candidate, log, N)?.run(&values, |model: f64| coefficients.push(model))?;
+    Along::new(candidate, log)?.run(&values, |model: f64| coefficients.push(model))?;
     let finite = |&mu: &f64| Named("friction of the model", mu).finite();
     ParameterError::of_components(&coefficients, finite)?;
     Ok(coefficients)

@@ -18,12 +18,13 @@ use core::ops::ControlFlow;
 
 use super::initial_guess::{InitialGuess, SlidingPoint};
 use super::log::quantile;
-use super::residuals::{Parameter, Residuals, within};
+use super::problem::begin_at;
+use super::residuals::{Parameter, Residuals};
 use super::robust::Loss;
 use super::{Fit, Log, SearchProgress, SearchSettings, least_squares};
 use bristle::Scalar;
 use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 
 /// Fewest points of a curve: its four parameters, and as many again to judge them by.
@@ -49,8 +50,8 @@ pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     let excess = guess.static_coefficient - size;
     let (velocity, viscous) = (guess.stribeck_velocity, guess.viscous_friction);
     // A start at a bound could rest there.
-    let inside = |name, unit, start, least: f64, most: f64, typical| {
-        let start = within(start, 1.1 * least, 0.9 * most);
+    let inside = |name, unit, start: f64, least: f64, most: f64, typical| {
+        let start = start.larger(1.1 * least).smaller(0.9 * most);
         Parameter { typical, ..Parameter::logarithmic(name, unit, start, least..=most) }
     };
     [
@@ -68,7 +69,7 @@ pub(super) const EXPONENT: f64 = 2.0;
 pub(super) fn stribeck<T: Scalar>(
     &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction]: &[T; 4],
     stribeck_exponent: f64,
-) -> Result<Stribeck<T>, ParameterError> {
+) -> Checked<Stribeck<T>> {
     Stribeck::new(StribeckParameters {
         static_coefficient: dynamic_coefficient + excess,
         dynamic_coefficient,
@@ -87,11 +88,7 @@ struct Points<'a> {
 }
 
 impl Residuals<4> for Points<'_> {
-    fn evaluate<T: Scalar>(
-        &self,
-        values: &[T; 4],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError> {
+    fn evaluate<T: Scalar>(&self, values: &[T; 4], each: &mut impl FnMut(T)) -> Checked<()> {
         let curve = stribeck(values, self.exponent)?;
         for (point, &weight) in self.points.iter().zip(&self.weights) {
             each((curve.at(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
@@ -139,11 +136,7 @@ impl InitialGuess {
     ///
     /// Refuses a Stribeck exponent out of its range, fewer than ten points, a point that is not
     /// finite, and bounds that do not contain the start.
-    pub fn static_curve(
-        &self,
-        stribeck_exponent: f64,
-        points: &[SlidingPoint],
-    ) -> Result<Fit, ParameterError> {
+    pub fn static_curve(&self, stribeck_exponent: f64, points: &[SlidingPoint]) -> Checked<Fit> {
         Named("points", points.len()).count(FEWEST_POINTS)?;
         ParameterError::of_components(points, |point| {
             Named("speed", point.speed).finite()?;
@@ -164,9 +157,7 @@ impl InitialGuess {
             if problem.weights.is_empty() {
                 break;
             }
-            for (parameter, value) in parameters.iter_mut().zip(fit.values()) {
-                parameter.start = value;
-            }
+            begin_at(&mut parameters, &fit.values());
             let next = least_squares(&problem, parameters, &settings, &mut go_on)?;
             settings.starts = 1;
             let changed = |(a, b): (f64, f64)| (a - b).abs() > SETTLED * (a.abs() + b.abs());
@@ -184,16 +175,13 @@ impl InitialGuess {
     /// # Errors
     ///
     /// As [`InitialGuess::with_points`].
-    pub fn of(log: &Log) -> Result<Self, ParameterError> {
+    pub fn of(log: &Log) -> Checked<Self> {
         let (guess, points) = Self::with_points(log)?;
         // Speeds that lie within a factor of two do not determine how friction depends on them.
         let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
-        if !(quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1)) {
-            return Ok(guess);
-        }
-        let Ok(fit) = guess.static_curve(EXPONENT, &points) else {
-            return Ok(guess);
-        };
+        let vary = quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1);
+        let fit = vary.then(|| guess.static_curve(EXPONENT, &points).ok()).flatten();
+        let Some(fit) = fit else { return Ok(guess) };
         let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.array();
         Ok(Self {
             static_coefficient: dynamic_coefficient + excess,

@@ -5,18 +5,15 @@ use nalgebra::{DMatrix, DVector};
 /// The factors R and Qᵀb of a tall least-squares problem A x ≈ b, whose rows are not stored.
 ///
 /// Unlike the normal equations AᵀA, it does not square the condition number.
-#[derive(Debug, Clone)]
 pub(super) struct Triangle {
     factor: DMatrix<f64>,
     right: DVector<f64>,
-    pub(super) rows: usize,
 }
 
 impl Triangle {
     /// No rows yet, for so many unknowns.
     pub(super) fn new(unknowns: usize) -> Self {
-        let factor = DMatrix::zeros(unknowns, unknowns);
-        Self { factor, right: DVector::zeros(unknowns), rows: 0 }
+        Self { factor: DMatrix::zeros(unknowns, unknowns), right: DVector::zeros(unknowns) }
     }
 
     /// Number of unknowns.
@@ -26,7 +23,6 @@ impl Triangle {
 
     /// Adds the row aᵀx ≈ b; the row is used up.
     pub(super) fn push(&mut self, row: &mut DVector<f64>, mut right: f64) {
-        self.rows += 1;
         for i in 0..self.unknowns() {
             let length = (self.factor[(i, i)].powi(2) + row[i].powi(2)).sqrt();
             // Squares of small numbers may be zero.
@@ -35,14 +31,13 @@ impl Triangle {
             }
             let (cos, sin) = (self.factor[(i, i)] / length, row[i] / length);
             self.factor[(i, i)] = length;
+            let turn = |above: &mut f64, below: &mut f64| {
+                (*above, *below) = (cos * *above + sin * *below, cos * *below - sin * *above);
+            };
             for j in i + 1..self.unknowns() {
-                let (above, below) = (self.factor[(i, j)], row[j]);
-                self.factor[(i, j)] = cos * above + sin * below;
-                row[j] = cos * below - sin * above;
+                turn(&mut self.factor[(i, j)], &mut row[j]);
             }
-            let (above, below) = (self.right[i], right);
-            self.right[i] = cos * above + sin * below;
-            right = cos * below - sin * above;
+            turn(&mut self.right[i], &mut right);
         }
     }
 
@@ -94,16 +89,12 @@ impl Triangle {
             return Vec::new();
         }
         let svd = scaled.svd(false, true);
-        let directions =
-            (svd.singular_values.iter().zip(svd.v_t.iter().flat_map(|v| v.row_iter()))).map(
-                |(&value, row)| {
-                    let mut direction = DVector::zeros(self.unknowns());
-                    for (entry, &j) in row.iter().zip(&kept) {
-                        direction[j] = *entry;
-                    }
-                    (value, direction)
-                },
-            );
+        let rows = svd.v_t.iter().flat_map(|v| v.row_iter());
+        let directions = svd.singular_values.iter().zip(rows).map(|(&value, row)| {
+            let mut direction = DVector::zeros(self.unknowns());
+            kept.iter().zip(row.iter()).for_each(|(&j, &entry)| direction[j] = entry);
+            (value, direction)
+        });
         directions.collect()
     }
 }

@@ -7,8 +7,9 @@ use nalgebra::DMatrix;
 use super::least_squares::{Found, NOTICEABLE};
 use super::log::pairs;
 use super::problem::{Objective, Point, Problem, Rows};
-use super::residuals::{Parameter, within};
+use super::residuals::Parameter;
 use super::{Estimate, Fit, Identifiability, Remark, SearchOutcome};
+use bristle::Scalar;
 
 /// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
 /// with which half of the digits are left.
@@ -21,10 +22,12 @@ const SHARE: f64 = 0.03;
 /// Movement of a search variable along its own gradient that is rounding, whatever it changes.
 const SETTLED: f64 = 1e-6;
 
-/// The fit at a point, with its standard errors.
-pub(super) fn assess<R: Objective>(problem: &Problem<'_, R>, found: &Found) -> Fit {
+/// The fit at a point, with its standard errors. Beyond a size of its gradient in the search
+/// variables a row says nothing of the accuracy of the parameters: a linear model of it would hold
+/// for no change that is worth a name.
+pub(super) fn assess<R: Objective>(problem: &Problem<'_, R>, found: &Found, largest: f64) -> Fit {
     let &Found { ref point, outcome, iterations, .. } = found;
-    let (mut rows, largest) = (problem.rows(point), problem.residuals.largest_gradient());
+    let mut rows = problem.rows(point);
     let all = rows.rows.len();
     rows.rows.retain(|(_, gradient)| !(gradient.amax() > largest));
     let dropped = all - rows.rows.len();
@@ -42,7 +45,7 @@ pub(super) fn assess<R: Objective>(problem: &Problem<'_, R>, found: &Found) -> F
     let converged = outcome == SearchOutcome::Converged;
     let outcome = if converged && stalled { SearchOutcome::Stalled } else { outcome };
 
-    let (errors, correlation) = accuracy(&rows, &series, &determined);
+    let (errors, correlation) = determined.accuracy(&rows, &series);
     let values = problem.values(point);
     let slopes = problem.slopes(&values);
     let estimate = |(i, &parameter): (usize, &Parameter)| {
@@ -54,9 +57,7 @@ pub(super) fn assess<R: Objective>(problem: &Problem<'_, R>, found: &Found) -> F
             }
             None => {
                 let error = errors[i] * slopes[i];
-                let clear = error <= value.abs();
-                let uncertain = Identifiability::Uncertain;
-                (if clear { Identifiability::Determined } else { uncertain }, error)
+                (Identifiability::of(value, error), error)
             }
         };
         Estimate { parameter, log: None, value, standard_error, verdict }
@@ -147,55 +148,48 @@ impl Determinacy {
                 inverse += &unscaled * unscaled.transpose() / (value * value);
                 continue;
             }
-            let mut shares = Vec::new();
-            for ((parameter, flag), &share) in
-                parameters.iter().zip(&mut undetermined).zip(direction.iter())
-            {
-                if share.abs() > SHARE {
-                    *flag = true;
-                    shares.push((parameter.name, share));
-                }
-            }
+            let has_share = |&share: &f64| share.abs() > SHARE;
+            undetermined.iter_mut().zip(direction).for_each(|(flag, x)| *flag |= has_share(x));
+            let names = parameters.iter().map(|parameter| parameter.name);
+            let shares = names.zip(direction.iter().copied());
+            let mut shares: Vec<_> = shares.filter(|(_, share)| has_share(share)).collect();
             shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
             weak.push(shares);
         }
         Self { inverse, undetermined, weak, descent, norms, resting }
     }
-}
 
-/// The standard errors of the search variables, and their correlation.
-fn accuracy(
-    rows: &Rows,
-    series: &Series,
-    Determinacy { inverse, undetermined, .. }: &Determinacy,
-) -> (Vec<f64>, DMatrix<f64>) {
-    let (count, width) = (rows.rows.len(), undetermined.len());
-    let known = rows.finite && count > width;
-    let correction = if known { count as f64 / (count - width) as f64 } else { 1.0 };
-    let covariance = inverse * scores(rows, width, series.window) * inverse * correction;
-    // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
-    let covariance = (&covariance + covariance.transpose()) * 0.5;
-    // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
-    // average.
-    let variance = series.rmse * series.rmse * series.time * correction;
-    // `max` alone would turn NaN into zero.
-    let root =
-        |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
-    let spread = |i: usize| root(covariance[(i, i)]);
-    let larger = |i: usize| spread(i).max(root(variance * inverse[(i, i)]));
-    let errors = (0..width).map(|i| if known { larger(i) } else { f64::INFINITY }).collect();
-    let correlation = DMatrix::from_fn(width, width, |i, j| {
-        let scale = spread(i) * spread(j);
-        let sound = known && scale > 0.0 && scale.is_finite();
-        if i == j {
-            1.0
-        } else if sound && !undetermined[i] && !undetermined[j] {
-            within(covariance[(i, j)] / scale, -1.0, 1.0)
-        } else {
-            f64::NAN
-        }
-    });
-    (errors, correlation)
+    /// The standard errors of the search variables, and their correlation.
+    fn accuracy(&self, rows: &Rows, series: &Series) -> (Vec<f64>, DMatrix<f64>) {
+        let Self { inverse, undetermined, .. } = self;
+        let (count, width) = (rows.rows.len(), undetermined.len());
+        let known = rows.finite && count > width;
+        let correction = if known { count as f64 / (count - width) as f64 } else { 1.0 };
+        let covariance = inverse * scores(rows, width, series.window) * inverse * correction;
+        // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
+        let covariance = (&covariance + covariance.transpose()) * 0.5;
+        // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
+        // average.
+        let variance = series.rmse * series.rmse * series.time * correction;
+        // `max` alone would turn NaN into zero.
+        let root =
+            |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
+        let spread = |i: usize| root(covariance[(i, i)]);
+        let larger = |i: usize| spread(i).max(root(variance * inverse[(i, i)]));
+        let errors = (0..width).map(|i| if known { larger(i) } else { f64::INFINITY }).collect();
+        let correlation = DMatrix::from_fn(width, width, |i, j| {
+            let scale = spread(i) * spread(j);
+            let sound = known && scale > 0.0 && scale.is_finite();
+            if i == j {
+                1.0
+            } else if sound && !undetermined[i] && !undetermined[j] {
+                (covariance[(i, j)] / scale).larger(-1.0).smaller(1.0)
+            } else {
+                f64::NAN
+            }
+        });
+        (errors, correlation)
+    }
 }
 
 /// Lags that are summed row by row: enough for a correlation time of 400 rows, and for every log of
@@ -266,7 +260,7 @@ mod tests {
     use super::*;
 
     /// Residuals x − k, and one that hardly any x can explain.
-    struct Exploding(f64);
+    struct Exploding;
 
     impl Objective for Exploding {
         fn evaluate<T: bristle::Scalar>(
@@ -279,10 +273,6 @@ mod tests {
             (0..30).for_each(|k| each(x + y * lit(f64::from(k)) - lit(f64::from(k % 7))));
             each((x - lit(3.0)) * lit(1e12));
             Ok(())
-        }
-
-        fn largest_gradient(&self) -> f64 {
-            self.0
         }
     }
 
@@ -298,11 +288,10 @@ mod tests {
         };
         let parameters = [parameter("x", 3.0), parameter("y", 0.01)];
         let assessed = |largest| {
-            let exploding = Exploding(largest);
-            let problem = Problem::new(&exploding, &parameters).unwrap();
+            let problem = Problem::new(&Exploding, &parameters).unwrap();
             let (outcome, iterations) = (SearchOutcome::RunLimit, 0);
-            let point = problem.start.clone();
-            assess(&problem, &Found { values: vec![], point, cost: 0.0, outcome, iterations })
+            let (point, cost, values) = (problem.start.clone(), 0.0, vec![]);
+            assess(&problem, &Found { values, point, cost, outcome, iterations }, largest)
         };
         // Beside 10¹² the others fall below half of the digits.
         let (all, kept) = (assessed(f64::INFINITY), assessed(1e6));

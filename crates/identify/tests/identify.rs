@@ -6,6 +6,7 @@
 use std::num::NonZero;
 use std::ops::ControlFlow;
 
+use bristle::parameter::Checked;
 use bristle::{Bristle, ParameterError, Rule, Scalar};
 use bristle_identify::*;
 use bristle_specimens::draw::Draw;
@@ -301,7 +302,7 @@ impl Columns {
         Self { normal: vec![10.0; 100], time, velocity, friction }
     }
 
-    fn read(&self) -> Result<Log, LogError> {
+    fn read(&self) -> Checked<Log> {
         Log::new(LogParameters {
             time: &self.time,
             motion: MeasuredMotion::Velocity(&self.velocity),

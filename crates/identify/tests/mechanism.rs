@@ -7,13 +7,14 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use bristle::parameter::Checked;
 use bristle::signal::Function;
 use bristle::{Dahl, DahlParameters, ParameterError};
 use bristle_identify::mechanism::{
     self, Comparison, Drive, DriveLog, DriveLogParameters, Friction, Joint, JointFit, KnownLoad,
     Loss, Progress, Scores, Settings, Term,
 };
-use bristle_identify::{Estimate, Identifiability, LogError, Remark, SearchOutcome};
+use bristle_identify::{Estimate, Identifiability, Remark, SearchOutcome};
 use bristle_joint::{
     GearFriction, GearFrictionParameters, Gravity, JointInput, JointInputValue, JointMotion,
     JointState, JointTorques, LoadLaw, PositionControl, TorqueLoad, TorqueLoadParameters,
@@ -57,17 +58,17 @@ impl Columns {
     }
 
     /// A log of voltages with something else.
-    fn with(&self, change: impl FnOnce(&mut DriveLogParameters<'_>)) -> Result<DriveLog, LogError> {
+    fn with(&self, change: impl FnOnce(&mut DriveLogParameters<'_>)) -> Checked<DriveLog> {
         let mut parameters = self.parameters(Drive::Voltage(&self.drive));
         change(&mut parameters);
         DriveLog::new(parameters)
     }
 
-    fn voltage(&self) -> Result<DriveLog, LogError> {
+    fn voltage(&self) -> Checked<DriveLog> {
         self.with(|_| ())
     }
 
-    fn torque(&self) -> Result<DriveLog, LogError> {
+    fn torque(&self) -> Checked<DriveLog> {
         DriveLog::new(self.parameters(Drive::Torque(&self.drive)))
     }
 

@@ -36,10 +36,7 @@ mod parallel;
 pub mod record;
 pub mod virgin;
 
-pub use maxwell_slip::{
-    Element, FollowingLoadParameters, LoadedStiffness, MaxwellSlip, MaxwellSlipParameters,
-    SharpStep,
-};
+pub use maxwell_slip::{Element, LoadedStiffness, MaxwellSlip, MaxwellSlipParameters, SharpStep};
 pub use parallel::{Parallel, ParallelWeights};
 
 #[cfg(doctest)]

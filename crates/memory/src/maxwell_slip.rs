@@ -42,11 +42,13 @@ pub struct Element<T> {
 
 /// Parameters of [`MaxwellSlip`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MaxwellSlipParameters<C, T, const N: usize> {
+pub struct MaxwellSlipParameters<C, T, const N: usize, E = Element<T>> {
     /// The friction curve μ(v). The elements share it in proportion to σᵢ ℓᵢ.
     pub curve: C,
-    /// The elements, for instance from [`virgin::bends`](crate::virgin::bends).
-    pub elements: [Element<T>; N],
+    /// The elements, for instance from [`virgin::bends`](crate::virgin::bends); for
+    /// [`MaxwellSlip::following_load`] each by the stiffness of the contact where all up to it
+    /// carry, a [`LoadedStiffness`], with loads that rise from above zero, both increasing.
+    pub elements: [E; N],
     /// Micro-damping σ1 [s/m] of all elements together.
     #[doc(alias = "sigma1")]
     pub micro_damping: T,
@@ -61,19 +63,6 @@ pub struct LoadedStiffness<T> {
     pub load: T,
     /// Tangential stiffness under this load over P [1/m].
     pub stiffness: T,
-}
-
-/// Parameters of [`MaxwellSlip::following_load`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FollowingLoadParameters<C, T, const N: usize> {
-    /// The friction curve μ(v).
-    pub curve: C,
-    /// The stiffness under loads that rise from above zero, both increasing.
-    pub stiffness: [LoadedStiffness<T>; N],
-    /// Micro-damping σ1 [s/m] where all elements carry.
-    pub micro_damping: T,
-    /// Share ρ of its yield length up to which an element is elastic, positive and below one.
-    pub stick_ratio: T,
 }
 
 /// N elasto-plastic elements side by side on one velocity.
@@ -202,12 +191,12 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
     /// ```
     /// use bristle::Bristle;
     /// use bristle::curve::{Coulomb, CoulombParameters};
-    /// use bristle_memory::{FollowingLoadParameters, LoadedStiffness, MaxwellSlip};
+    /// use bristle_memory::{LoadedStiffness, MaxwellSlip, MaxwellSlipParameters};
     ///
     /// let curve = CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 };
-    /// let friction = MaxwellSlip::following_load(FollowingLoadParameters {
+    /// let friction = MaxwellSlip::following_load(MaxwellSlipParameters {
     ///     curve: Coulomb::new(curve)?,
-    ///     stiffness: core::array::from_fn::<_, 8, _>(|i| {
+    ///     elements: core::array::from_fn::<_, 8, _>(|i| {
     ///         let load = (i + 1) as f64 / 4.0; // up to twice the reference load
     ///         LoadedStiffness { load, stiffness: 1e4 * load.cbrt() }
     ///     }),
@@ -223,25 +212,26 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range, and the component.
-    pub fn following_load(parameters: FollowingLoadParameters<C, T, N>) -> Checked<Self> {
-        let FollowingLoadParameters { curve, stiffness, micro_damping, stick_ratio } = parameters;
-        Named("stiffness", N).count(1)?;
-        let mut before = LoadedStiffness { load: T::zero(), stiffness: T::zero() };
-        ParameterError::of_components(&stiffness, |point| {
-            let load = Named("stiffness.load", point.load);
-            let stiffness = Named("stiffness.stiffness", point.stiffness);
-            let before = core::mem::replace(&mut before, *point);
+    pub fn following_load(
+        parameters: MaxwellSlipParameters<C, T, N, LoadedStiffness<T>>,
+    ) -> Checked<Self> {
+        let MaxwellSlipParameters { curve, elements, micro_damping, stick_ratio } = parameters;
+        Named("elements", N).count(1)?;
+        let mut below = LoadedStiffness { load: T::zero(), stiffness: T::zero() };
+        ParameterError::of_components(&elements, |point| {
+            let load = Named("elements.load", point.load);
+            let stiffness = Named("elements.stiffness", point.stiffness);
             load.positive().and(stiffness.positive())?;
-            load.increasing(before.load).and(stiffness.increasing(before.stiffness))
+            let below = core::mem::replace(&mut below, *point);
+            load.increasing(below.load).and(stiffness.increasing(below.stiffness))
         })?;
-        let elements = core::array::from_fn(|i| {
-            let none = LoadedStiffness { load: T::zero(), stiffness: T::zero() };
-            let below = if i == 0 { none } else { stiffness[i - 1] };
-            let width = stiffness[i].load - below.load;
-            let stiffness = stiffness[i].stiffness - below.stiffness;
-            let most = if i + 1 == N { T::unlimited() } else { T::one() };
-            let (reach, share) = (width / stiffness, T::one() / width);
-            Slip { stiffness, reach, onset: below.load, share, most }
+        let last = below.load;
+        below = LoadedStiffness { load: T::zero(), stiffness: T::zero() };
+        let elements = elements.map(|point| {
+            let LoadedStiffness { load: onset, stiffness } = core::mem::replace(&mut below, point);
+            let (width, stiffness) = (point.load - onset, point.stiffness - stiffness);
+            let most = if point.load == last { T::unlimited() } else { T::one() };
+            Slip { stiffness, reach: width / stiffness, onset, share: T::one() / width, most }
         });
         Self::of(curve, elements, micro_damping, stick_ratio)
     }

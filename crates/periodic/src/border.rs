@@ -4,11 +4,11 @@
 //! says: it is simulated.
 
 use bristle::ode::{Direction, Event, System};
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use nalgebra::SVector;
 
 use crate::segments::scaled_rate;
-use crate::{BranchEnd, BranchPoint, Continuation, Guess, Orbit, PeriodicError};
+use crate::{Answer, BranchEnd, BranchPoint, Continuation, Guess, Orbit, PeriodicError};
 
 /// Beyond a border, by this share of the range, what leaves the cycle is simulated, from a start
 /// off it by the second share of its state, over so many periods.
@@ -31,12 +31,11 @@ impl Continuation {
     /// why a branch was lost before it ended.
     pub fn border<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
-        system: impl Fn(f64) -> Result<S, ParameterError>,
-        parameter: f64,
-        guess: Guess<N>,
-    ) -> Result<Option<BranchPoint<N>>, PeriodicError> {
+        system: impl Fn(f64) -> Checked<S>,
+        mut parameter: f64,
+        mut guess: Guess<N>,
+    ) -> Answer<Option<BranchPoint<N>>> {
         let along = Self { stable_only: true, most_points: usize::MAX, ..self.clone() };
-        let (mut parameter, mut guess) = (parameter, guess);
         loop {
             let branch = along.free(&system, parameter, guess)?;
             let border = match (branch.end, branch.special().last()) {
@@ -61,7 +60,7 @@ impl Continuation {
         &self,
         system: &S,
         from: &Orbit<N>,
-    ) -> Result<Option<Orbit<N>>, PeriodicError> {
+    ) -> Answer<Option<Orbit<N>>> {
         let normal = scaled_rate(system, &system.scales(), 0.0, &from.start);
         let apart = |state: &SVector<f64, N>| (state - from.start).component_div(&system.scales());
         let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&apart(state));

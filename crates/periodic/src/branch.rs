@@ -31,12 +31,12 @@
 use core::ops::Range;
 
 use bristle::ode::System;
-use bristle::parameter::{Named, ParameterError, Rule};
+use bristle::parameter::{Checked, Named, Rule};
 use nalgebra::{Complex, DMatrix, DVector, SVector, Vector2};
 
-use crate::segments::{Cyclic, Equations, correct, scaled_rate, solve};
+use crate::segments::{Cyclic, Equations, scaled_rate, solve};
 use crate::shooting::{Newton, SMALLEST};
-use crate::{Guess, Multiplier, Orbit, PeriodicError, Shooting};
+use crate::{Answer, Guess, Multiplier, Orbit, PeriodicError, Shooting};
 
 /// How a branch is followed.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +75,7 @@ impl Continuation {
         }
     }
 
-    fn checked(&self, parameter: f64) -> Result<f64, ParameterError> {
+    fn checked(&self, parameter: f64) -> Checked<f64> {
         let Range { start, end } = self.range;
         Named("range.start", start).finite()?;
         Named("range.end", end).finite()?;
@@ -195,10 +195,10 @@ impl Continuation {
     /// later is its [`OrbitBranch::end`].
     pub fn free<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
-        system: impl Fn(f64) -> Result<S, ParameterError>,
+        system: impl Fn(f64) -> Checked<S>,
         parameter: f64,
         guess: Guess<N>,
-    ) -> Result<OrbitBranch<N>, PeriodicError> {
+    ) -> Answer<OrbitBranch<N>> {
         self.follow(system, None, parameter, guess)
     }
 
@@ -210,22 +210,22 @@ impl Continuation {
     /// As [`Continuation::free`].
     pub fn forced<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
-        system: impl Fn(f64) -> Result<S, ParameterError>,
+        system: impl Fn(f64) -> Checked<S>,
         period: impl Fn(f64) -> f64,
         parameter: f64,
         state: SVector<f64, N>,
-    ) -> Result<OrbitBranch<N>, PeriodicError> {
+    ) -> Answer<OrbitBranch<N>> {
         let guess = Guess { state, period: period(parameter) };
         self.follow(system, Some(&period), parameter, guess)
     }
 
     fn follow<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
-        system: impl Fn(f64) -> Result<S, ParameterError>,
+        system: impl Fn(f64) -> Checked<S>,
         period: Forced<'_>,
         parameter: f64,
         guess: Guess<N>,
-    ) -> Result<OrbitBranch<N>, PeriodicError> {
+    ) -> Answer<OrbitBranch<N>> {
         let (width, most_iterations) = (self.checked(parameter)?, self.shooting.most_iterations);
         let start = system(parameter)?;
         let cyclic = self.shooting.cyclic(period.map(|_| 0.0), start.scales())?;
@@ -327,10 +327,10 @@ impl<const N: usize> Found<N> {
 impl<S, F, const N: usize, const K: usize> Problem<'_, F, N, K>
 where
     S: System<f64, N, K>,
-    F: Fn(f64) -> Result<S, ParameterError>,
+    F: Fn(f64) -> Checked<S>,
 {
     /// A parameter in its own unit. Refused outside the range, but for roundings.
-    fn inside(&self, parameter: f64) -> Result<f64, ParameterError> {
+    fn inside(&self, parameter: f64) -> Checked<f64> {
         let (value, &Range { start, end }) = (parameter * self.width, self.range);
         let inside = value.clamp(start, end);
         let is_inside = (value - inside).abs() <= 1e-12 * (value.abs() + self.width);
@@ -348,17 +348,12 @@ where
     /// A step along the tangent from a point.
     fn ahead(&self, from: &Found<N>, step: f64) -> Unknowns<N> {
         let mut at = from.unknowns.clone();
-        at.add(&(&from.tangent * step), &self.cyclic.runs.scales);
+        at.add(&(&from.tangent * step), &self.cyclic);
         at
     }
 
     /// The point of the branch on the plane across a tangent, near one a step away from another.
-    fn correct(
-        &self,
-        near: &Unknowns<N>,
-        tangent: &DVector<f64>,
-        step: f64,
-    ) -> Result<Found<N>, PeriodicError> {
+    fn correct(&self, near: &Unknowns<N>, tangent: &DVector<f64>, step: f64) -> Answer<Found<N>> {
         let mut at = near.clone();
         let (mut off, weights) = (DVector::zeros(tangent.len()), self.weights(tangent.len()));
         let mut newton = Newton::new(self.most_iterations, CLOSE);
@@ -390,8 +385,8 @@ where
                 return Ok(Found { unknowns: at, orbit, tangent, rate, extent: found.extent });
             }
             // The plane across the tangent is kept, as each correction lies in it.
-            let correction = &correction * newton.share(correction.norm(), 1.0);
-            at.add(&correction, &self.cyclic.runs.scales);
+            let correction = &correction * (0.5 / correction.norm()).min(1.0);
+            at.add(&correction, &self.cyclic);
             off += correction;
         }
     }
@@ -407,7 +402,7 @@ where
     }
 
     /// The tangent of length one, from the equations at a point.
-    fn tangent(&self, matrix: DMatrix<f64>) -> Result<DVector<f64>, PeriodicError> {
+    fn tangent(&self, matrix: DMatrix<f64>) -> Answer<DVector<f64>> {
         let mut right = DVector::zeros(matrix.nrows());
         right[matrix.nrows() - 1] = 1.0;
         let tangent = solve(matrix, &right)?;
@@ -421,7 +416,7 @@ where
         system: &S,
         at: &mut Unknowns<N>,
         tangent: &DVector<f64>,
-    ) -> Result<(Equations<N>, DMatrix<f64>), PeriodicError> {
+    ) -> Answer<(Equations<N>, DMatrix<f64>)> {
         let above = at.parameter + DIFFERENCE;
         let difference = if self.inside(above).is_ok() { DIFFERENCE } else { -DIFFERENCE };
         let [place, beside] = [self.inside(at.parameter)?, self.inside(at.parameter + difference)?];
@@ -465,7 +460,7 @@ where
     }
 
     /// The unknowns over half a period, of an odd cycle of an odd system.
-    fn half(&self, found: &Found<N>) -> Result<Option<Unknowns<N>>, PeriodicError> {
+    fn half(&self, found: &Found<N>) -> Answer<Option<Unknowns<N>>> {
         let (scales, parameter) = (&self.cyclic.runs.scales, found.unknowns.parameter);
         let (state, period) = (found.orbit.start, 0.5 * found.orbit.period);
         let system = (self.system)(self.inside(parameter)?)?;
@@ -536,8 +531,8 @@ where
 
 impl<const N: usize> Unknowns<N> {
     /// Adds corrections in units of the scales, of the durations, and of the width of the range.
-    fn add(&mut self, by: &DVector<f64>, scales: &SVector<f64, N>) {
-        correct(&mut self.segments, by, scales);
+    fn add(&mut self, by: &DVector<f64>, cyclic: &Cyclic<N>) {
+        cyclic.correct(&mut self.segments, by);
         self.parameter += by_parameter(by);
     }
 

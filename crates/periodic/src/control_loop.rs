@@ -22,7 +22,7 @@
 //! section 4.
 
 use bristle::ode::{Linearisation, System};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::{Branch, Bristle, Contact, Mechanism};
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -75,7 +75,7 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
     }
 
     /// The parameters if each is in its range.
-    pub(crate) fn checked(self) -> Result<Self, ParameterError> {
+    pub(crate) fn checked(self) -> Checked<Self> {
         self.mechanism.checked()?;
         Named("normal_force", self.contact.normal_force()).positive()?;
         let Pid { proportional, integral, derivative, filter_time, sample_time } = self.controller;
@@ -124,6 +124,7 @@ pub struct ControlLoop<M, const N: usize> {
     frictionless: SMatrix<f64, N, N>,
 }
 
+const UNFILTERED: &str = "be zero: a loop with a filter is built by ControlLoop::filtered";
 const CONTINUOUS: &str = "be zero: a loop that samples is built by ControlLoop::sampled";
 
 impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
@@ -132,13 +133,8 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 4> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range; refuses a filter and a sample time.
-    pub fn new(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
-        let parameters = parameters.checked()?;
-        let Pid { filter_time, sample_time, .. } = parameters.controller;
-        let rule = "be zero: a loop with a filter is built by ControlLoop::filtered";
-        Named("filter_time", filter_time).stated(filter_time == 0.0, rule)?;
-        Named("sample_time", sample_time).stated(sample_time == 0.0, CONTINUOUS)?;
-        Ok(Self::of(parameters))
+    pub fn new(parameters: ControlLoopParameters<M>) -> Checked<Self> {
+        Self::of(parameters)
     }
 }
 
@@ -149,12 +145,8 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 5> {
     ///
     /// Names the parameter that is out of its range; refuses a loop without a filter, and a sample
     /// time.
-    pub fn filtered(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
-        let parameters = parameters.checked()?;
-        let Pid { filter_time, sample_time, .. } = parameters.controller;
-        Named("filter_time", filter_time).positive()?;
-        Named("sample_time", sample_time).stated(sample_time == 0.0, CONTINUOUS)?;
-        Ok(Self::of(parameters))
+    pub fn filtered(parameters: ControlLoopParameters<M>) -> Checked<Self> {
+        Self::of(parameters)
     }
 }
 
@@ -164,25 +156,8 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoop<M, 6> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range; refuses a loop without a sample time.
-    pub fn sampled(parameters: ControlLoopParameters<M>) -> Result<Self, ParameterError> {
-        let parameters = parameters.checked()?;
-        Named("sample_time", parameters.controller.sample_time).positive()?;
-        Ok(Self::of(parameters))
-    }
-
-    /// The sample time h \[s\], and what a sample does: the state x jumps to J x.
-    pub fn samples(&self) -> (f64, SMatrix<f64, 6, 6>) {
-        let Pid { proportional, integral, derivative, filter_time, sample_time } =
-            self.parameters.controller;
-        let share = if filter_time > 0.0 { -(-sample_time / filter_time).exp_m1() } else { 1.0 };
-        let mut jump = SMatrix::<f64, 6, 6>::identity();
-        (jump[(4, 1)], jump[(4, 4)]) = (share, 1.0 - share);
-        let force = jump.row(4) * -derivative;
-        jump.set_row(5, &force);
-        (jump[(5, 0)], jump[(5, 3)]) = (-proportional, -integral);
-        // An integral that is not used is kept at zero.
-        (jump[(3, 0)], jump[(3, 3)]) = if integral > 0.0 { (sample_time, 1.0) } else { (0.0, 0.0) };
-        (sample_time, jump)
+    pub fn sampled(parameters: ControlLoopParameters<M>) -> Checked<Self> {
+        Self::of(parameters)
     }
 }
 
@@ -197,41 +172,65 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
         SVector::from_fn(|i, _| if i == 0 { position } else { 0.0 })
     }
 
-    /// Of parameters that are checked.
-    fn of(parameters: ControlLoopParameters<M>) -> Self {
+    /// The sample time h \[s\], and what a sample does: the state x jumps to J x. None of a
+    /// controller in continuous time.
+    pub fn samples(&self) -> Option<(f64, SMatrix<f64, N, N>)> {
+        let Pid { proportional, integral, derivative, filter_time, sample_time } =
+            self.parameters.controller;
+        if sample_time == 0.0 {
+            return None;
+        }
+        let share = if filter_time > 0.0 { -(-sample_time / filter_time).exp_m1() } else { 1.0 };
+        let mut jump = SMatrix::<f64, N, N>::identity();
+        (jump[(4, 1)], jump[(4, 4)]) = (share, 1.0 - share);
+        let force = jump.row(4) * -derivative;
+        jump.set_row(5, &force);
+        (jump[(5, 0)], jump[(5, 3)]) = (-proportional, -integral);
+        // An integral that is not used is kept at zero.
+        (jump[(3, 0)], jump[(3, 3)]) = if integral > 0.0 { (sample_time, 1.0) } else { (0.0, 0.0) };
+        Some((sample_time, jump))
+    }
+
+    /// A loop of N states, if its controller takes as many.
+    fn of(parameters: ControlLoopParameters<M>) -> Checked<Self> {
+        let parameters = parameters.checked()?;
         let ControlLoopParameters { mechanism, controller, .. } = &parameters;
+        let filter_time = Named("filter_time", controller.filter_time);
+        let sample_time = Named("sample_time", controller.sample_time);
         let mut by_state = SMatrix::<f64, N, N>::zeros();
         by_state[(0, 1)] = 1.0;
         by_state[(1, 0)] = -mechanism.spring_stiffness;
         by_state[(1, 1)] = -mechanism.viscous_damping;
         if N == 6 {
+            sample_time.positive()?;
             by_state[(1, 5)] = 1.0;
-            by_state.row_mut(1).unscale_mut(mechanism.mass);
-            return Self { frictionless: by_state, parameters };
+        } else {
+            by_state[(3, 0)] = 1.0;
+            by_state[(1, 0)] -= controller.proportional;
+            by_state[(1, 3)] = -controller.integral;
+            if controller.integral == 0.0 {
+                by_state[(3, 3)] = -1.0;
+            }
+            // The velocity that the controller knows.
+            if N == 5 {
+                by_state[(4, 1)] = 1.0 / filter_time.positive()?;
+                by_state[(4, 4)] = -by_state[(4, 1)];
+                by_state[(1, 4)] -= controller.derivative;
+            } else {
+                filter_time.stated(filter_time.1 == 0.0, UNFILTERED)?;
+                by_state[(1, 1)] -= controller.derivative;
+            }
+            sample_time.stated(sample_time.1 == 0.0, CONTINUOUS)?;
         }
-        by_state[(3, 0)] = 1.0;
-        by_state[(1, 0)] -= controller.proportional;
-        by_state[(1, 3)] = -controller.integral;
-        // The velocity that the controller knows.
-        by_state[(1, if N == 5 { 4 } else { 1 })] -= controller.derivative;
         by_state.row_mut(1).unscale_mut(mechanism.mass);
-        if controller.integral == 0.0 {
-            by_state[(3, 3)] = -1.0;
-        }
-        if N == 5 {
-            by_state[(4, 1)] = 1.0 / controller.filter_time;
-            by_state[(4, 4)] = -by_state[(4, 1)];
-        }
-        Self { frictionless: by_state, parameters }
+        Ok(Self { frictionless: by_state, parameters })
     }
 
     /// Largest real parts ln |μ|/h about rest, and without friction [1/s], from the multipliers μ
     /// over a sample, or over a period of the swing, and less if they are too large for a number;
     /// zero within roundings.
-    pub(crate) fn abscissas(
-        &self,
-        samples: Option<(f64, SMatrix<f64, N, N>)>,
-    ) -> Result<(f64, f64), ParameterError> {
+    pub(crate) fn abscissas(&self) -> Checked<(f64, f64)> {
+        let samples = self.samples();
         let (longest, jump) =
             samples.unwrap_or_else(|| (self.parameters.swing(), SMatrix::identity()));
         let over = |mut dynamics: SMatrix<f64, N, N>, unused: &[usize], is_rest: bool| {

@@ -14,7 +14,7 @@
 //! the ground, moves alike, with v the sliding velocity and c = 0.
 
 use bristle::ode::{Linearisation, System};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{Branch, Bristle, Contact, Mechanism};
 use nalgebra::Vector3;
@@ -38,7 +38,7 @@ impl<M: Bristle<f64, Deflection = f64>> DrivenMass<M> {
         contact: Contact<f64, M>,
         mechanism: Mechanism<f64>,
         drive_velocity: f64,
-    ) -> Result<Self, ParameterError> {
+    ) -> Checked<Self> {
         Named("spring_stiffness", mechanism.spring_stiffness).positive()?;
         let parameters =
             MassSpringDamperParameters { contact, mechanism, drive_velocity, force: 0.0 };

@@ -30,8 +30,8 @@ use bristle::ode::{
 use bristle::parameter::Named;
 use nalgebra::{SMatrix, SVector};
 
-use crate::PeriodicError;
 use crate::segments::scaled_rate;
+use crate::{Answer, PeriodicError};
 
 /// Length of a part over the time constant of the quickest motion: hunting then has its multipliers
 /// to 10⁻⁶.
@@ -48,7 +48,6 @@ const TOGETHER: f64 = 4.0;
 const TERMS: u32 = 17;
 
 /// A run over a time span with its derivatives.
-#[derive(Debug, Clone)]
 pub(crate) struct Flow<const N: usize> {
     /// The state at the end.
     pub(crate) end: SVector<f64, N>,
@@ -66,7 +65,6 @@ impl<const N: usize> Flow<N> {
 }
 
 /// The runs of a search.
-#[derive(Debug, Clone)]
 pub(crate) struct Runs<const N: usize> {
     tolerance: f64,
     /// The scales of the states: of one branch the same throughout.
@@ -83,7 +81,7 @@ impl<const N: usize> Runs<N> {
         Self { tolerance, scales, left: Cell::new(most), samples: None }
     }
 
-    fn solver(&self, duration: f64) -> Result<Solver<f64, Automatic, N>, PeriodicError> {
+    fn solver(&self, duration: f64) -> Answer<Solver<f64, Automatic, N>> {
         Named("period", duration).positive()?;
         let tolerances = Tolerances::scaled(self.tolerance, self.scales)?;
         Ok(Solver::adaptive(Automatic, tolerances).with_most_steps(self.left.get()))
@@ -94,17 +92,10 @@ impl<const N: usize> Runs<N> {
         &self,
         run: Result<R, Box<Failure<f64, N>>>,
         statistics: impl Fn(&R) -> Statistics,
-    ) -> Result<R, PeriodicError> {
+    ) -> Answer<R> {
         let taken = run.as_ref().map_or_else(|failed| failed.statistics, statistics);
         self.left.set(self.left.get().saturating_sub(taken.steps + taken.rejected));
         run.map_err(|failed| (*failed).into())
-    }
-
-    /// Counts steps beside those of runs.
-    fn spend(&self, steps: f64) -> Result<(), PeriodicError> {
-        let left = self.left.get().checked_sub(steps as u64).ok_or(PeriodicError::TooManySteps)?;
-        self.left.set(left);
-        Ok(())
     }
 
     /// A run with its derivatives over a duration > 0. If there are samples, over the whole number
@@ -114,7 +105,7 @@ impl<const N: usize> Runs<N> {
         system: &S,
         (start_time, start): (f64, SVector<f64, N>),
         duration: f64,
-    ) -> Result<Flow<N>, PeriodicError> {
+    ) -> Answer<Flow<N>> {
         Named("period", duration).positive()?;
         let (scales, mut end) = (self.scales, start);
         let (mut factors, mut steps) = (Factors { list: Vec::new(), turned: 0.0 }, Vec::new());
@@ -149,7 +140,7 @@ impl<const N: usize> Runs<N> {
         system: &S,
         time: f64,
         state: &SVector<f64, N>,
-    ) -> Result<SVector<f64, N>, PeriodicError> {
+    ) -> Answer<SVector<f64, N>> {
         let Some((part, jump)) = self.samples else {
             return Ok(scaled_rate(system, &self.scales, time, state));
         };
@@ -164,7 +155,7 @@ impl<const N: usize> Runs<N> {
         (start_time, start): (f64, SVector<f64, N>),
         duration: f64,
         events: &[Event<'_, f64, N>],
-    ) -> Result<Trajectory<f64, N>, PeriodicError> {
+    ) -> Answer<Trajectory<f64, N>> {
         let (solver, end) = (self.solver(duration)?, start_time + duration);
         let ends = Output::Uniform(2);
         let run = solver.solve_with_events(system, start_time..end, start, events, ends);
@@ -177,7 +168,7 @@ impl<const N: usize> Runs<N> {
         system: &S,
         start: (f64, SVector<f64, N>),
         duration: f64,
-    ) -> Result<SVector<f64, N>, PeriodicError> {
+    ) -> Answer<SVector<f64, N>> {
         let run = self.run(system, start, duration, &[])?;
         Ok(run.last().map_or(start.1, |(_, end)| *end))
     }
@@ -210,7 +201,7 @@ fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
     step: &Step<f64, N>,
     runs: &Runs<N>,
     factors: &mut Factors<N>,
-) -> Result<(), PeriodicError> {
+) -> Answer<()> {
     let (start, length) = (step.start_time(), step.end_time() - step.start_time());
     if length == 0.0 {
         return Ok(());
@@ -218,7 +209,7 @@ fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
     // Within a step no sliding direction changes.
     let middle = start + 0.5 * length;
     let branches = system.sliding_velocities(middle, &step.at_fraction(0.5)).map(Branch::towards);
-    let jacobian = |fraction: f64| -> Result<SMatrix<f64, N, N>, PeriodicError> {
+    let jacobian = |fraction: f64| -> Answer<SMatrix<f64, N, N>> {
         let state = step.at_fraction(fraction);
         let linearised = system.linearised(start + fraction * length, &state, branches);
         let by_state = linearised.ok_or(PeriodicError::NoDerivatives)?.by_state;
@@ -227,7 +218,8 @@ fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
     let turned = largest_rate(&jacobian(0.5)?) * length;
     let parts = (turned / LONGEST).ceil().max(1.0);
     // Each costs as much as a step.
-    runs.spend(parts)?;
+    let left = runs.left.get().checked_sub(parts as u64).ok_or(PeriodicError::TooManySteps)?;
+    runs.left.set(left);
     let gauss = 0.5 * 0.6_f64.sqrt();
     for part in 0..parts as usize {
         let node = |offset: f64| jacobian((part as f64 + 0.5 + offset) / parts);

@@ -29,7 +29,8 @@ use bristle::parameter::Named;
 use nalgebra::{SMatrix, SVector};
 
 use crate::{
-    ControlLoop, ControlLoopParameters, Guess, Multiplier, Orbit, PeriodicError, Pid, Shooting,
+    Answer, ControlLoop, ControlLoopParameters, Guess, Multiplier, Orbit, PeriodicError, Pid,
+    Shooting,
 };
 
 /// A cycle that a simulation ends in.
@@ -112,29 +113,6 @@ struct Slip {
 }
 
 impl Slips {
-    fn new<M: Bristle<f64, Deflection = f64>>(
-        of: &ControlLoopParameters<M>,
-        start: f64,
-        duration: f64,
-    ) -> Self {
-        let [deflection, force] = of.breakaway();
-        let far = FAR * start.abs().max(force / of.controller.proportional);
-        let stiffness = of.controller.proportional + of.mechanism.spring_stiffness;
-        let creep = (force / deflection + stiffness) / of.controller.integral;
-        let creep = if of.controller.integral > 0.0 { creep } else { 0.0 };
-        Self {
-            least: SLIP * deflection,
-            far,
-            turn: start,
-            direction: 0.0,
-            last: [None; 12],
-            cycle: Outcome::Rests,
-            unchanged: [0; 2],
-            wait: QUIET * of.swing().max(creep),
-            duration,
-        }
-    }
-
     /// When a simulation stops \[s\], whatever it has come to.
     fn end(&self) -> f64 {
         self.duration + LONGER * self.wait
@@ -180,9 +158,8 @@ impl Slips {
         let period = last.time - alike.unwrap_or(before).time;
         let cycle = slips.iter().take_while(|it| last.time - it.time < period);
         let places = cycle.flat_map(|it| [it.start, it.end]);
-        let (least, most) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| {
-            (f64::min(least, at), f64::max(most, at))
-        });
+        let most = places.clone().fold(f64::NEG_INFINITY, f64::max);
+        let least = places.fold(f64::INFINITY, f64::min);
         Outcome::Hunts(HuntingCycle { amplitude: 0.5 * (most - least), period })
     }
 }
@@ -194,51 +171,97 @@ impl<M: Bristle<f64, Deflection = f64>> ControlLoopParameters<M> {
     /// # Errors
     ///
     /// Names the parameter that is out of its range, and why a simulation stopped.
-    pub fn outcome(&self, start: f64, duration: f64) -> Result<Outcome, PeriodicError> {
-        let parameters = self.clone().checked()?;
-        Named("start", start).finite()?;
-        Named("duration", duration).positive()?;
-        let Pid { sample_time, filter_time, .. } = parameters.controller;
-        if sample_time > 0.0 {
-            let (mut slips, mut known) = (Slips::new(&parameters, start, duration), None);
-            sampled(&ControlLoop::sampled(parameters)?, start, slips.end(), |time, x, v| {
-                known = slips.push(time, x, v);
-                known.is_some()
-            })?;
-            Ok(known.unwrap_or_else(|| slips.outcome()))
-        } else if filter_time > 0.0 {
-            continuous(&ControlLoop::filtered(parameters)?, start, duration)
-        } else {
-            continuous(&ControlLoop::new(parameters)?, start, duration)
+    pub fn outcome(&self, start: f64, duration: f64) -> Answer<Outcome> {
+        match self.states() {
+            4 => ControlLoop::new(self.clone())?.outcome(start, duration),
+            5 => ControlLoop::filtered(self.clone())?.outcome(start, duration),
+            _ => ControlLoop::sampled(self.clone())?.outcome(start, duration),
         }
+    }
+
+    /// The slips of a motion from rest at a distance from the target \[m\], over a duration \[s\].
+    fn slips(&self, start: f64, duration: f64) -> Slips {
+        let [deflection, force] = self.breakaway();
+        let far = FAR * start.abs().max(force / self.controller.proportional);
+        let stiffness = self.controller.proportional + self.mechanism.spring_stiffness;
+        let creep = (force / deflection + stiffness) / self.controller.integral;
+        let creep = if self.controller.integral > 0.0 { creep } else { 0.0 };
+        Slips {
+            least: SLIP * deflection,
+            far,
+            turn: start,
+            direction: 0.0,
+            last: [None; 12],
+            cycle: Outcome::Rests,
+            unchanged: [0; 2],
+            wait: QUIET * self.swing().max(creep),
+            duration,
+        }
+    }
+
+    /// How many states its loop has.
+    fn states(&self) -> usize {
+        let Pid { sample_time, filter_time, .. } = self.controller;
+        if sample_time > 0.0 { 6 } else { 4 + usize::from(filter_time > 0.0) }
     }
 }
 
 /// Tolerance of the steps of a simulation, over the scales: cycles then have four digits.
 const TOLERANCE: f64 = 1e-5;
 
-fn continuous<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
-    start: f64,
-    duration: f64,
-) -> Result<Outcome, PeriodicError> {
-    let tolerances = Tolerances::scaled(TOLERANCE, system.scales())?;
-    let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(10_000_000);
-    let mut slips = Slips::new(system.parameters(), start, duration);
-    let mut run = solver.begin(system, 0.0..slips.end(), system.displaced(start))?;
-    loop {
-        let step = match run.advance() {
-            Ok(Some(step)) => step,
-            Ok(None) => return Ok(slips.outcome()),
-            Err(failure) => {
-                let is_lost = matches!(failure.reason, StopReason::NotFinite { .. });
-                let grows = is_lost && system.abscissas(None)?.1 > 0.0;
-                return if grows { Ok(Outcome::Grows) } else { Err(failure.into()) };
-            }
-        };
-        if let Some(known) = slips.push(step.end_time(), step.end()[0], step.end()[1]) {
-            return Ok(known);
+impl<M: Bristle<f64, Deflection = f64>, const N: usize> ControlLoop<M, N> {
+    /// [`ControlLoopParameters::outcome`]
+    fn outcome(&self, start: f64, duration: f64) -> Answer<Outcome> {
+        Named("start", start).finite()?;
+        Named("duration", duration).positive()?;
+        let mut slips = self.parameters().slips(start, duration);
+        if let Some(samples) = self.samples() {
+            let mut known = None;
+            sampled(self, samples, start, slips.end(), |time, x, v| {
+                known = slips.push(time, x, v);
+                known.is_some()
+            })?;
+            return Ok(known.unwrap_or_else(|| slips.outcome()));
         }
+        let tolerances = Tolerances::scaled(TOLERANCE, self.scales())?;
+        let solver = Solver::adaptive(Automatic, tolerances).with_most_steps(10_000_000);
+        let mut run = solver.begin(self, 0.0..slips.end(), self.displaced(start))?;
+        loop {
+            let step = match run.advance() {
+                Ok(Some(step)) => step,
+                Ok(None) => return Ok(slips.outcome()),
+                Err(failure) => {
+                    let is_lost = matches!(failure.reason, StopReason::NotFinite { .. });
+                    let grows = is_lost && self.abscissas()?.1 > 0.0;
+                    return if grows { Ok(Outcome::Grows) } else { Err(failure.into()) };
+                }
+            };
+            if let Some(known) = slips.push(step.end_time(), step.end()[0], step.end()[1]) {
+                return Ok(known);
+            }
+        }
+    }
+
+    /// [`hunting`]
+    fn report(&self, starts: &[f64], duration: f64) -> Answer<HuntingReport> {
+        let ends = |&start: &f64| Ok((start, self.outcome(start, duration)?));
+        let outcomes: Vec<_> = starts.iter().map(ends).collect::<Answer<_>>()?;
+        let hunts = |it: &&(f64, Outcome)| matches!(it.1, Outcome::Hunts(_));
+        let start = outcomes.iter().find(hunts).map(|it| it.0);
+        let orbit = start.map(|start| hunting_orbit(self, start, duration));
+        let (samples, (rest_abscissa, large_abscissa)) = (self.samples(), self.abscissas()?);
+        let cycle = orbit.map(|orbit| {
+            let (orbit, mut search) = (orbit?, Shooting::default().cyclic(None, self.scales())?);
+            search.runs.samples = samples;
+            let flow = search.runs.flow(self, (0.0, orbit.start), orbit.period)?;
+            let places = flow.steps.iter().map(|step| step.1[0]);
+            let most = places.clone().fold(orbit.start[0], f64::max);
+            let amplitude = 0.5 * (most - places.fold(orbit.start[0], f64::min));
+            Ok((HuntingCycle { amplitude, period: orbit.period }, orbit.transverse()))
+        });
+        let is_free = orbit.is_some_and(|orbit| orbit.is_ok_and(|orbit| !orbit.forced));
+        let is_quasi_periodic = samples.is_some() && is_free;
+        Ok(HuntingReport { rest_abscissa, large_abscissa, outcomes, cycle, is_quasi_periodic })
     }
 }
 
@@ -251,14 +274,14 @@ const MOST_STEPS: u64 = 50_000_000;
 
 /// The states of a sampled loop after a duration \[s\] from rest at a distance from the target
 /// \[m\], or at the sample after an observer of time, position and velocity says so.
-fn sampled<M: Bristle<f64, Deflection = f64>>(
-    system: &ControlLoop<M, 6>,
+fn sampled<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
+    (sample_time, jump): (f64, SMatrix<f64, N, N>),
     start: f64,
     duration: f64,
     mut stops: impl FnMut(f64, f64, f64) -> bool,
-) -> Result<SVector<f64, 6>, PeriodicError> {
+) -> Answer<SVector<f64, N>> {
     let ControlLoopParameters { contact, mechanism, .. } = system.parameters();
-    let (sample_time, jump) = system.samples();
     let friction = contact.clone().companion(0.0)?;
     let stiffness = contact.model().storage_stiffness() * contact.reference_load();
     let longest = COMPANION_STEP * (mechanism.mass / stiffness).sqrt();
@@ -307,11 +330,9 @@ pub struct HuntingReport {
     /// Where the motions from the given starts \[m\] end.
     pub outcomes: Vec<(f64, Outcome)>,
     /// The cycle in which the first start ends that hunts, exactly, with its multipliers but the
-    /// one that is 1; none if the simulation has not come close to it. That of a sampled loop is
-    /// found as [`Shooting::sampled`] says.
-    pub cycle: Option<(HuntingCycle, Vec<Multiplier>)>,
-    /// Why a start hunts, and the cycle was not found.
-    pub no_cycle: Option<PeriodicError>,
+    /// one that is 1; or why it was not found, as if the simulation has not come close to it. That
+    /// of a sampled loop is found as [`Shooting::sampled`] says. None if no start hunts.
+    pub cycle: Option<Answer<(HuntingCycle, Vec<Multiplier>)>>,
     /// Whether the cycle of a sampled loop is no whole number of samples long. It is quasi-periodic
     /// then, and its multipliers are those of the samples next to a period.
     pub is_quasi_periodic: bool,
@@ -344,9 +365,10 @@ impl fmt::Display for HuntingReport {
                 Outcome::Hunts(cycle) => writeln!(f, "  HUNTS, {cycle}")?,
             }
         }
-        let Some((cycle, multipliers)) = &self.cycle else {
-            let line = |why| writeln!(f, "its cycle      not found: {why}");
-            return self.no_cycle.map_or(Ok(()), line);
+        let (cycle, multipliers) = match &self.cycle {
+            Some(Ok((cycle, multipliers))) => (cycle, multipliers),
+            Some(Err(why)) => return writeln!(f, "its cycle      not found: {why}"),
+            None => return Ok(()),
         };
         let slowest = multipliers.first().filter(|it| !it.is_neutral());
         let slowest = slowest.map_or(0.0, |it| it.log_modulus);
@@ -374,95 +396,48 @@ pub fn hunting<M: Bristle<f64, Deflection = f64>>(
     parameters: &ControlLoopParameters<M>,
     starts: &[f64],
     duration: f64,
-) -> Result<HuntingReport, PeriodicError> {
+) -> Answer<HuntingReport> {
     Named("starts", starts.len()).count(1)?;
-    let outcomes: Vec<_> = starts
-        .iter()
-        .map(|&start| Ok((start, parameters.outcome(start, duration)?)))
-        .collect::<Result<_, PeriodicError>>()?;
-    let hunts = |it: &&(f64, Outcome)| matches!(it.1, Outcome::Hunts(_));
-    let start = outcomes.iter().find(hunts).map(|it| it.0);
-    let Pid { sample_time, filter_time, .. } = parameters.controller;
-    if sample_time > 0.0 {
-        let system = ControlLoop::sampled(parameters.clone())?;
-        let cycle = start.map(|start| sampled_hunting_orbit(&system, start, duration));
-        report(&system, outcomes, cycle, Some(system.samples()))
-    } else if filter_time > 0.0 {
-        let system = ControlLoop::filtered(parameters.clone())?;
-        let cycle = start.map(|start| hunting_orbit(&system, start, duration));
-        report(&system, outcomes, cycle, None)
-    } else {
-        let system = ControlLoop::new(parameters.clone())?;
-        let cycle = start.map(|start| hunting_orbit(&system, start, duration));
-        report(&system, outcomes, cycle, None)
+    match parameters.states() {
+        4 => ControlLoop::new(parameters.clone())?.report(starts, duration),
+        5 => ControlLoop::filtered(parameters.clone())?.report(starts, duration),
+        _ => ControlLoop::sampled(parameters.clone())?.report(starts, duration),
     }
 }
 
-/// Outcomes with what is known beyond them: the linear limits, and the cycle that the motion from a
-/// start approaches.
-fn report<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
-    outcomes: Vec<(f64, Outcome)>,
-    orbit: Option<Result<Orbit<N>, PeriodicError>>,
-    samples: Option<(f64, SMatrix<f64, N, N>)>,
-) -> Result<HuntingReport, PeriodicError> {
-    let (rest_abscissa, large_abscissa) = system.abscissas(samples)?;
-    let cycle = orbit.map(|orbit| {
-        let (orbit, mut search) = (orbit?, Shooting::default().cyclic(None, system.scales())?);
-        search.runs.samples = samples;
-        let flow = search.runs.flow(system, (0.0, orbit.start), orbit.period)?;
-        let places = flow.steps.iter().map(|step| step.1[0]);
-        let most = places.clone().fold(orbit.start[0], f64::max);
-        let amplitude = 0.5 * (most - places.fold(orbit.start[0], f64::min));
-        Ok((HuntingCycle { amplitude, period: orbit.period }, orbit.transverse()))
-    });
-    let (cycle, no_cycle) = cycle.map_or((None, None), |it| (it.as_ref().ok().cloned(), it.err()));
-    let is_free = orbit.is_some_and(|orbit| orbit.is_ok_and(|orbit| !orbit.forced));
-    let is_quasi_periodic = samples.is_some() && is_free;
-    Ok(HuntingReport {
-        rest_abscissa,
-        large_abscissa,
-        outcomes,
-        cycle,
-        no_cycle,
-        is_quasi_periodic,
-    })
-}
-
-/// The cycle in which a simulation ends.
-fn simulated<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
-    start: f64,
-    duration: f64,
-) -> Result<HuntingCycle, PeriodicError> {
-    match system.parameters().outcome(start, duration)? {
-        Outcome::Hunts(cycle) => Ok(cycle),
-        Outcome::Rests => Err(PeriodicError::DoesNotRepeat),
-        Outcome::Grows => Err(PeriodicError::Grows),
-    }
-}
-
-/// After so many periods a motion has come close to its cycle.
+/// After so many periods a sampled motion has come close to its cycle.
 const SETTLED: f64 = 100.0;
 
-/// As [`hunting_orbit`], of a sampled loop. Its cycle is entered where the mass sticks: a tenth of
-/// a period after a slip.
+/// The cycle that the motion from rest at a distance from the target \[m\] approaches within a
+/// duration \[s\]: a start of which [`hunting`] says that it hunts. That of a sampled loop is
+/// entered where the mass sticks: a tenth of a period after a slip.
 ///
 /// # Errors
 ///
-/// As [`Shooting::sampled`]; [`PeriodicError::DoesNotRepeat`] if the motion rests,
-/// [`PeriodicError::Grows`] if it grows.
-pub fn sampled_hunting_orbit<M: Bristle<f64, Deflection = f64>>(
-    system: &ControlLoop<M, 6>,
+/// [`PeriodicError::DoesNotRepeat`] if the motion rests, [`PeriodicError::Grows`] if it grows; else
+/// as [`Shooting::settle`] and [`Shooting::free`], of a sampled loop as [`Shooting::sampled`].
+pub fn hunting_orbit<M: Bristle<f64, Deflection = f64>, const N: usize>(
+    system: &ControlLoop<M, N>,
     start: f64,
     duration: f64,
-) -> Result<Orbit<6>, PeriodicError> {
-    let HuntingCycle { period, .. } = simulated(system, start, duration)?;
-    if SETTLED * period > MOST_STEPS as f64 * system.samples().0 {
+) -> Answer<Orbit<N>> {
+    let HuntingCycle { period, .. } = match system.outcome(start, duration)? {
+        Outcome::Hunts(cycle) => cycle,
+        Outcome::Rests => return Err(PeriodicError::DoesNotRepeat),
+        Outcome::Grows => return Err(PeriodicError::Grows),
+    };
+    let shooting = Shooting::default();
+    let Some(samples) = system.samples() else {
+        let position = |_: f64, state: &SVector<f64, N>| state[0];
+        let target = Event { function: &position, direction: Direction::Rising, stops: false };
+        let guess = shooting.settle(system, system.displaced(start), duration, &target)?;
+        return shooting.free(system, guess);
+    };
+    if SETTLED * period > MOST_STEPS as f64 * samples.0 {
         return Err(PeriodicError::TooManySteps);
     }
-    let mut slips = Slips::new(system.parameters(), start, duration);
-    let state = sampled(system, start, 2.0 * SETTLED * period, |time, x, v| {
+    let mut slips = system.parameters().slips(start, duration);
+    let state = sampled(system, samples, start, 2.0 * SETTLED * period, |time, x, v| {
         slips.push(time, x, v);
         let slip = slips.last[0].map_or(time, |slip| slip.time);
         time > SETTLED * period && time - slip > 0.1 * period
@@ -470,27 +445,7 @@ pub fn sampled_hunting_orbit<M: Bristle<f64, Deflection = f64>>(
     let Outcome::Hunts(HuntingCycle { period, .. }) = slips.outcome() else {
         return Err(PeriodicError::DoesNotRepeat);
     };
-    Shooting::default().sampled(system, system.samples(), Guess { state, period })
-}
-
-/// The cycle that the motion from rest at a distance from the target \[m\] approaches within a
-/// duration \[s\]: a start of which [`hunting`] says that it hunts.
-///
-/// # Errors
-///
-/// [`PeriodicError::DoesNotRepeat`] if the motion rests, [`PeriodicError::Grows`] if it grows; else
-/// as [`Shooting::settle`] and [`Shooting::free`].
-pub fn hunting_orbit<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    system: &ControlLoop<M, N>,
-    start: f64,
-    duration: f64,
-) -> Result<Orbit<N>, PeriodicError> {
-    simulated(system, start, duration)?;
-    let position = |_: f64, state: &SVector<f64, N>| state[0];
-    let target = Event { function: &position, direction: Direction::Rising, stops: false };
-    let shooting = Shooting::default();
-    let guess = shooting.settle(system, system.displaced(start), duration, &target)?;
-    shooting.free(system, guess)
+    shooting.sampled(system, samples, Guess { state, period })
 }
 
 /// Where the motions of loops with two gains end, row by row of `down`: `outcome[j][i]` is that at
@@ -504,12 +459,12 @@ pub fn hunting_map<M: Bristle<f64, Deflection = f64>>(
     [across, down]: [&[f64]; 2],
     start: f64,
     duration: f64,
-) -> Result<Vec<Vec<Outcome>>, PeriodicError> {
+) -> Answer<Vec<Vec<Outcome>>> {
     let workers = thread::available_parallelism().map_or(1, NonZero::get);
-    let row = |&second: &f64| -> Result<Vec<Outcome>, PeriodicError> {
+    let row = |&second: &f64| -> Answer<Vec<Outcome>> {
         across.iter().map(|&first| control_loop(first, second).outcome(start, duration)).collect()
     };
-    let mut rows: Vec<(usize, Result<Vec<Outcome>, PeriodicError>)> = thread::scope(|scope| {
+    let mut rows: Vec<(usize, Answer<Vec<Outcome>>)> = thread::scope(|scope| {
         // Neighbouring rows cost alike.
         let rows = |worker: usize| {
             let mine = down.iter().enumerate().skip(worker).step_by(workers);

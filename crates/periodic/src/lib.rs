@@ -36,12 +36,12 @@ pub use branch::{BranchEnd, BranchPoint, Continuation, OrbitBranch, PointKind};
 pub use control_loop::{ControlLoop, ControlLoopParameters, Pid};
 pub use driven_mass::DrivenMass;
 pub use error::PeriodicError;
-pub use hunting::{
-    HuntingCycle, HuntingReport, Outcome, hunting, hunting_map, hunting_orbit,
-    sampled_hunting_orbit,
-};
+pub use hunting::{HuntingCycle, HuntingReport, Outcome, hunting, hunting_map, hunting_orbit};
 pub use multipliers::Multiplier;
 pub use shooting::{Guess, Orbit, Shooting};
+
+/// What a search finds, or why there is none.
+type Answer<T> = Result<T, PeriodicError>;
 
 /// The programs on this page are tests.
 #[cfg(doctest)]

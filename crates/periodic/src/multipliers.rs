@@ -56,10 +56,6 @@ impl Multiplier {
         let turns = (self.angle / PI).round();
         Self { log_modulus: 2.0 * self.log_modulus, angle: 2.0 * (self.angle - turns * PI) }
     }
-
-    fn new(value: Complex<f64>, log_scale: f64) -> Self {
-        Self { log_modulus: value.norm().ln() + log_scale, angle: value.arg() }
-    }
 }
 
 /// All but the multiplier that is 1.
@@ -132,7 +128,11 @@ fn block(
     }
     let matrix = turn.view((from, from), (size, size)) * product;
     let values = Schur::try_new(matrix, f64::EPSILON, 10_000)?.complex_eigenvalues();
-    Some(values.iter().map(|&value| Multiplier::new(value, log_scale)).collect())
+    let multiplier = |value: &Complex<f64>| Multiplier {
+        log_modulus: value.norm().ln() + log_scale,
+        angle: value.arg(),
+    };
+    Some(values.iter().map(multiplier).collect())
 }
 
 #[cfg(test)]

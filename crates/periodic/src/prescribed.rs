@@ -20,7 +20,7 @@ use bristle::{Bristle, Contact, Form};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::segments::solve;
-use crate::{Guess, Orbit, PeriodicError, Shooting};
+use crate::{Answer, Guess, Orbit, Shooting};
 
 impl Shooting {
     /// The deflections of a contact under a velocity of period T \[s\] that repeat with it, from
@@ -50,7 +50,7 @@ impl Shooting {
         contact: &Contact<f64, M>,
         velocity: V,
         (start_time, period): (f64, f64),
-    ) -> Result<Orbit<N>, PeriodicError>
+    ) -> Answer<Orbit<N>>
     where
         M: Bristle<f64, Deflection: States<f64, N>>,
         V: Signal<f64>,

@@ -17,12 +17,12 @@
 
 use bristle::Branch;
 use bristle::ode::{Direction, Event, Occurrence, System};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::flow::{Flow, Runs};
 use crate::multipliers::multipliers;
-use crate::{Guess, Orbit, PeriodicError};
+use crate::{Answer, Guess, Orbit, PeriodicError};
 
 /// A motion that is looked for: how it closes.
 pub(crate) struct Cyclic<const N: usize> {
@@ -53,7 +53,7 @@ impl<const N: usize> Cyclic<N> {
         &self,
         system: &S,
         guess: Guess<N>,
-    ) -> Result<Vec<Guess<N>>, PeriodicError> {
+    ) -> Answer<Vec<Guess<N>>> {
         Named("period", guess.period).positive()?;
         if self.count == 1 {
             return Ok(vec![guess]);
@@ -63,11 +63,7 @@ impl<const N: usize> Cyclic<N> {
     }
 
     /// Runs from a state, cut into segments with about as many of their steps in each.
-    pub(crate) fn recut(
-        &self,
-        start: SVector<f64, N>,
-        runs: &[Flow<N>],
-    ) -> Result<Vec<Guess<N>>, ParameterError> {
+    pub(crate) fn recut(&self, start: SVector<f64, N>, runs: &[Flow<N>]) -> Checked<Vec<Guess<N>>> {
         let steps = || runs.iter().flat_map(|run| &run.steps);
         // Between equal times and equal numbers of steps: those behind a reversal are short.
         let share = steps().map(|step| step.0.sqrt()).sum::<f64>() / self.count as f64;
@@ -107,7 +103,7 @@ impl<const N: usize> Cyclic<N> {
         &self,
         system: &S,
         segments: &mut [Guess<N>],
-    ) -> Result<Equations<N>, PeriodicError> {
+    ) -> Answer<Equations<N>> {
         let (count, size) = (segments.len(), N + 1);
         let mut matrix = DMatrix::zeros(count * size, count * size);
         let mut right = DVector::zeros(count * size);
@@ -120,24 +116,23 @@ impl<const N: usize> Cyclic<N> {
             }
             let Guess { state, period } = segments[index];
             let flow = self.runs.flow(system, (time, state), period)?;
-            let at_start = self.runs.rate(system, time, &state)? * period;
             let at_end = self.runs.rate(system, time + period, &flow.end)? * period;
-            let (product, defect) =
-                (flow.product(), (target - flow.end).component_div(&self.runs.scales));
             let (row, next) = (index * size, (index + 1) % count * size);
-            // A phase condition of the size of the other equations.
-            let phase = if self.forced { at_start * 0.0 } else { at_start.normalize() };
-            for i in 0..N {
-                for j in 0..N {
-                    matrix[(row + i, row + j)] = product[(i, j)];
-                }
-                (matrix[(row + i, row + N)], matrix[(row + N, row + i)]) = (at_end[i], phase[i]);
-                right[row + i] = defect[i];
-            }
+            matrix.fixed_view_mut::<N, N>(row, row).copy_from(&flow.product());
+            matrix.fixed_view_mut::<N, 1>(row, row + N).copy_from(&at_end);
             for i in 0..N {
                 matrix[(row + i, next + i)] -= sign;
             }
-            matrix[(row + N, row + N)] = f64::from(u8::from(self.forced));
+            if self.forced {
+                matrix[(row + N, row + N)] = 1.0;
+            } else {
+                // A phase condition of the size of the other equations.
+                let at_start = self.runs.rate(system, time, &state)? * period;
+                let phase = at_start.normalize().transpose();
+                matrix.fixed_view_mut::<1, N>(row + N, row).copy_from(&phase);
+            }
+            let defect = (target - flow.end).component_div(&self.runs.scales);
+            right.fixed_rows_mut::<N>(row).copy_from(&defect);
             flows.push(flow);
             time += period;
         }
@@ -155,7 +150,7 @@ impl<const N: usize> Cyclic<N> {
         system: &S,
         segment: &Guess<N>,
         end: &SVector<f64, N>,
-    ) -> Result<f64, PeriodicError> {
+    ) -> Answer<f64> {
         let Guess { state: start, period } = *segment;
         let from_end = |state: &SVector<f64, N>| (state - end).component_div(&self.runs.scales);
         let normal = scaled_rate(system, &self.runs.scales, 0.0, end);
@@ -170,12 +165,18 @@ impl<const N: usize> Cyclic<N> {
         Ok(multiple.or_else(nearest).map_or(period, |it| it.time))
     }
 
+    /// Adds corrections in units of the scales and of the durations; these change by a fifth at
+    /// most.
+    pub(crate) fn correct(&self, segments: &mut [Guess<N>], by: &DVector<f64>) {
+        for (index, segment) in segments.iter_mut().enumerate() {
+            let by = by.rows(index * (N + 1), N + 1);
+            segment.state += SVector::from_fn(|i, _| by[i] * self.runs.scales[i]);
+            segment.period *= 1.0 + by[N].clamp(-0.2, 0.2);
+        }
+    }
+
     /// The motion of segments that have closed.
-    pub(crate) fn orbit(
-        &self,
-        segments: &[Guess<N>],
-        flows: &[Flow<N>],
-    ) -> Result<Orbit<N>, PeriodicError> {
+    pub(crate) fn orbit(&self, segments: &[Guess<N>], flows: &[Flow<N>]) -> Answer<Orbit<N>> {
         let mut factors: Vec<_> = flows.iter().flat_map(|flow| &flow.factors).copied().collect();
         if let Some(last) = factors.last_mut() {
             *last *= self.sign;
@@ -197,19 +198,6 @@ const LATEST: f64 = 1.6;
 const SAME: f64 = 1e-8;
 const LEAST: f64 = 1e-3;
 
-/// Adds corrections in units of the scales and of the durations; these change by a fifth at most.
-pub(crate) fn correct<const N: usize>(
-    segments: &mut [Guess<N>],
-    by: &DVector<f64>,
-    scales: &SVector<f64, N>,
-) {
-    for (index, segment) in segments.iter_mut().enumerate() {
-        let by = by.rows(index * (N + 1), N + 1);
-        segment.state += SVector::from_fn(|i, _| by[i] * scales[i]);
-        segment.period *= 1.0 + by[N].clamp(-0.2, 0.2);
-    }
-}
-
 /// The rate of a system over the scales [1/s].
 pub(crate) fn scaled_rate<S: System<f64, N, K>, const N: usize, const K: usize>(
     system: &S,
@@ -222,10 +210,7 @@ pub(crate) fn scaled_rate<S: System<f64, N, K>, const N: usize, const K: usize>(
 }
 
 /// The solution of linear equations.
-pub(crate) fn solve(
-    matrix: DMatrix<f64>,
-    right: &DVector<f64>,
-) -> Result<DVector<f64>, PeriodicError> {
+pub(crate) fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Answer<DVector<f64>> {
     let singular = PeriodicError::NotConverged { iterations: 0, correction: f64::INFINITY };
     let found = matrix.full_piv_lu().solve(right).ok_or(singular)?;
     if found.iter().all(|entry| entry.is_finite()) { Ok(found) } else { Err(singular) }

@@ -6,13 +6,13 @@
 //! Source: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 5.4.
 
 use bristle::ode::{Event, Occurrence, System};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use nalgebra::{SMatrix, SVector};
 
 use crate::flow::Runs;
 use crate::multipliers::without_one;
-use crate::segments::{Cyclic, correct, solve};
-use crate::{Multiplier, PeriodicError};
+use crate::segments::{Cyclic, solve};
+use crate::{Answer, Multiplier, PeriodicError};
 
 /// How periodic motions are looked for.
 ///
@@ -119,12 +119,9 @@ impl Shooting {
         system: &S,
         (start_time, period): (f64, f64),
         guess: SVector<f64, N>,
-    ) -> Result<Orbit<N>, PeriodicError> {
-        self.close(
-            system,
-            &self.cyclic(Some(start_time), system.scales())?,
-            Guess { state: guess, period },
-        )
+    ) -> Answer<Orbit<N>> {
+        let cyclic = self.cyclic(Some(start_time), system.scales())?;
+        self.close(system, &cyclic, Guess { state: guess, period })
     }
 
     /// The cycle of a system without inputs, near a guess; its period is found, too.
@@ -136,7 +133,7 @@ impl Shooting {
         &self,
         system: &S,
         guess: Guess<N>,
-    ) -> Result<Orbit<N>, PeriodicError> {
+    ) -> Answer<Orbit<N>> {
         self.close(system, &self.cyclic(None, system.scales())?, guess)
     }
 
@@ -159,7 +156,7 @@ impl Shooting {
         system: &S,
         (sample_time, jump): (f64, SMatrix<f64, N, N>),
         guess: Guess<N>,
-    ) -> Result<Orbit<N>, PeriodicError> {
+    ) -> Answer<Orbit<N>> {
         Named("sample_time", sample_time).positive()?;
         jump.iter().try_for_each(|&entry| Named("jump", entry).finite().map(drop))?;
         let search = |forced: Option<f64>, most_iterations: usize, guess: Guess<N>| {
@@ -180,7 +177,7 @@ impl Shooting {
         &self,
         forced: Option<f64>,
         scales: SVector<f64, N>,
-    ) -> Result<Cyclic<N>, ParameterError> {
+    ) -> Checked<Cyclic<N>> {
         let least = 10.0 * f64::EPSILON;
         Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
         Named("most_iterations", self.most_iterations).count(1)?;
@@ -200,7 +197,7 @@ impl Shooting {
         system: &S,
         cyclic: &Cyclic<N>,
         guess: Guess<N>,
-    ) -> Result<Orbit<N>, PeriodicError> {
+    ) -> Answer<Orbit<N>> {
         let mut segments = cyclic.cut(system, guess)?;
         let mut newton = Newton::new(self.most_iterations, CLOSE);
         // A forced motion may stand still.
@@ -214,8 +211,9 @@ impl Shooting {
                 }
                 return cyclic.orbit(&segments, &found.flows);
             }
-            let share = newton.share(correction.norm(), found.extent.max(least));
-            correct(&mut segments, &(correction * share), &cyclic.runs.scales);
+            // A correction must not exceed half of the motion.
+            let share = (0.5 * found.extent.max(least) / correction.norm()).min(1.0);
+            cyclic.correct(&mut segments, &(correction * share));
         }
     }
 
@@ -232,32 +230,23 @@ impl Shooting {
         start: SVector<f64, N>,
         duration: f64,
         section: &Event<'_, f64, N>,
-    ) -> Result<Guess<N>, PeriodicError> {
+    ) -> Answer<Guess<N>> {
         let scales = self.cyclic(None, system.scales())?.runs.scales;
         Named("duration", duration).positive()?;
         // A guess need not be exact.
         let runs = Runs::new((1e-9, scales), self.most_steps);
         let section = Event { stops: false, ..*section };
         let run = runs.run(system, (0.0, start), duration, &[section])?;
-        settled(run.events(), duration, &scales).ok_or(PeriodicError::DoesNotRepeat)
+        let (last, earlier) = run.events().split_last().ok_or(PeriodicError::DoesNotRepeat)?;
+        let apart = |it: &Occurrence<f64, N>| (it.state - last.state).component_div(&scales).norm();
+        let least = earlier.iter().map(apart).fold(f64::INFINITY, f64::min);
+        // Of the earlier passages the latest that is nearly as near as any.
+        let alike = earlier.iter().rev().find(|it| apart(it) <= 2.0 * least + 1e-4);
+        let period = last.time - alike.map_or(f64::NAN, |it| it.time);
+        // A motion that repeated until a while ago has come to rest.
+        let goes_on = least < 1.0 && duration - last.time < 2.0 * period;
+        goes_on.then_some(Guess { state: last.state, period }).ok_or(PeriodicError::DoesNotRepeat)
     }
-}
-
-/// A guess from passages through a section until some time: the last passage, and the time since
-/// the latest one that is nearly as near as any.
-fn settled<const N: usize>(
-    passages: &[Occurrence<f64, N>],
-    end: f64,
-    scales: &SVector<f64, N>,
-) -> Option<Guess<N>> {
-    let (last, earlier) = passages.split_last()?;
-    let apart = |it: &Occurrence<f64, N>| (it.state - last.state).component_div(scales).norm();
-    let least = earlier.iter().map(apart).reduce(f64::min)?;
-    let alike = earlier.iter().rev().find(|it| apart(it) <= 2.0 * least + 1e-4)?;
-    let period = last.time - alike.time;
-    // A motion that repeated until a while ago has come to rest.
-    let goes_on = least < 1.0 && end - last.time < 2.0 * period;
-    goes_on.then_some(Guess { state: last.state, period })
 }
 
 /// The equations of more segments would fill a memory, as the square of their number.
@@ -291,7 +280,7 @@ impl Newton {
     }
 
     /// Whether a correction is the last one: it need not be made.
-    pub(crate) fn is_over(&mut self, correction: f64) -> Result<bool, PeriodicError> {
+    pub(crate) fn is_over(&mut self, correction: f64) -> Answer<bool> {
         let stands = correction < self.close.1 && correction > 0.5 * self.last;
         if correction < self.close.0 || stands {
             return Ok(true);
@@ -301,10 +290,5 @@ impl Newton {
             return Err(PeriodicError::NotConverged { iterations: self.done, correction });
         }
         Ok(false)
-    }
-
-    /// The share of a correction that is made: it must not exceed half of the largest.
-    pub(crate) fn share(&self, correction: f64, largest: f64) -> f64 {
-        (0.5 * largest / correction).min(1.0)
     }
 }

@@ -22,18 +22,18 @@ use core::cell::Cell;
 use core::fmt;
 use core::ops::ControlFlow;
 
-use super::criteria::{Criterion, Errors};
+use super::criteria::Errors;
 use super::fit::{Progress, Settings, fit_candidate, fit_joint};
 use super::friction::Friction;
 use super::joint::Joint;
-use super::ladder::begin_at;
 use super::log::DriveLog;
 use super::report::{JointFit, over};
 use super::smooth::{SmoothedLog, smooth};
 use crate::least_squares::minimise;
+use crate::problem::begin_at;
 use crate::{SearchOutcome, SearchProgress, SearchSettings};
 use bristle::number::Number;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 
 /// Windows in each log.
 const WINDOWS: usize = 10;
@@ -77,7 +77,7 @@ pub fn compare(
     held_out: &[DriveLog],
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Comparison, ParameterError> {
+) -> Checked<Comparison> {
     Named("candidates", candidates.len()).count(1)?;
     let smoothed: Vec<_> = fitted.iter().map(smooth).collect();
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
@@ -88,8 +88,8 @@ pub fn compare(
         goes_on
     };
     for (candidate, friction) in candidates.iter().enumerate() {
-        let contained = fits.iter().filter(|fit| friction.contains(&fit.friction));
-        let contained: Vec<_> = contained.collect();
+        let contained: Vec<_> =
+            fits.iter().filter(|fit| friction.contains(&fit.friction)).collect();
         let mut watch = |now: &Progress<'_>| tell(candidate, now);
         let found = if contained.is_empty() {
             fit_joint(joint, friction, fitted, held_out, settings, &mut watch)
@@ -147,9 +147,9 @@ fn squares_left_out(
     horizon: f64,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Vec<f64>, ParameterError> {
+) -> Checked<Vec<f64>> {
     let table = &fit.model.table;
-    let mut errors = Errors::new(&fit.model, logs, Criterion::over(horizon));
+    let mut errors = Errors::new(&fit.model, logs, horizon);
     let mut parameters = table.parameters.clone();
     begin_at(&mut parameters, &fit.fit.values());
     let (iterations, tolerance) = (settings.gradient_runs, 10.0 * settings.tolerance);

@@ -23,31 +23,22 @@ use super::plant::Plant;
 use super::smooth::SmoothedLog;
 use crate::problem::Objective;
 use bristle::Scalar;
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::scalar::lit;
 use bristle_joint::{JointState, LoadedDeflection};
 
-/// What is compared.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Criterion {
-    Inverse,
-    /// Length of the segments \[s\]; infinite for the whole log.
-    Segments(f64),
-}
-
-impl Criterion {
-    /// Segments of a length; the inverse criterion for zero.
-    pub(super) fn over(length: f64) -> Self {
-        if length == 0.0 { Self::Inverse } else { Self::Segments(length) }
-    }
-}
+/// The length of segments that stands for the inverse criterion.
+pub(super) const INVERSE: f64 = 0.0;
+/// The length of segments that stands for whole logs.
+pub(super) const WHOLE: f64 = f64::INFINITY;
 
 /// The residuals of a model along logs.
 #[derive(Debug, Clone)]
 pub(super) struct Errors<'a> {
     pub(super) model: &'a Model,
     pub(super) logs: &'a [SmoothedLog<'a>],
-    pub(super) criterion: Criterion,
+    /// Length of the segments \[s\], [`INVERSE`] or [`WHOLE`].
+    pub(super) length: f64,
     /// Largest gradient of a row that counts for the standard errors \[rad\].
     pub(super) largest_gradient: f64,
     /// Square roots of the weights of the residuals of each log; one where there is none.
@@ -77,130 +68,101 @@ pub(super) fn segments(log: &DriveLog, length: f64) -> Vec<Range<usize>> {
 
 impl<'a> Errors<'a> {
     /// Without weights, and whatever their gradients.
-    pub(super) fn new(model: &'a Model, logs: &'a [SmoothedLog<'a>], criterion: Criterion) -> Self {
-        Self { model, logs, criterion, largest_gradient: f64::INFINITY, weights: Vec::new() }
+    pub(super) fn new(model: &'a Model, logs: &'a [SmoothedLog<'a>], length: f64) -> Self {
+        Self { model, logs, length, largest_gradient: f64::INFINITY, weights: Vec::new() }
     }
 
-    /// Passes the residuals of a log to `each`.
-    fn of_log<T: Scalar>(
-        &self,
-        number: usize,
-        smoothed: &SmoothedLog<'_>,
-        values: &[T],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError> {
-        let plant = Plant::new(self.model, smoothed, number, values)?;
-        let (inverse, length) = match self.criterion {
-            Criterion::Inverse => (true, f64::INFINITY),
-            Criterion::Segments(length) => (false, length),
-        };
+    /// The residuals of the mechanism of a log.
+    fn of_plant<T: Scalar>(&self, plant: &Plant<'_, T>, log: &SmoothedLog<'_>) -> Checked<Vec<T>> {
+        let mut residuals = Vec::new();
+        let inverse = self.length == INVERSE;
+        let length = if inverse { WHOLE } else { self.length };
         // The bristle that follows the measured motion, from segment to segment.
         let mut bristle = LoadedDeflection::none();
         let mut reached = None;
-        for segment in segments(smoothed.log, length) {
-            let Some(first) = smoothed.rows.get(segment.start) else { continue };
+        for segment in segments(log.log, length) {
+            let Some(first) = log.rows.get(segment.start) else { continue };
             if reached != Some(segment.start) {
                 bristle = plant.deflected(first);
             }
             reached = Some(segment.end);
             if inverse {
-                each(plant.imbalance(first, bristle.deflection));
+                residuals.push(plant.imbalance(first, bristle.deflection));
             } else {
                 let [angle, velocity, acceleration] =
                     [first.position, first.velocity, first.acceleration].map(lit);
                 let (LoadedDeflection { deflection, load }, time) = (bristle, T::zero());
-                let start = JointState { time, angle, velocity, deflection, load, acceleration };
-                simulate(&plant, &segment, start, each)?;
+                let mut state =
+                    JointState { time, angle, velocity, deflection, load, acceleration };
+                let measured = log.log.position.iter().skip(segment.start + 1);
+                for (row, &position) in segment.clone().zip(measured) {
+                    state = plant.advance(state, row)?;
+                    residuals.push(state.angle - lit(position));
+                }
             }
-            if !inverse && !length.is_finite() {
+            if self.length == WHOLE {
                 continue;
             }
             for row in segment {
-                let rows = [row, row + 1].map(|row| smoothed.rows.get(row));
-                let [Some(before), Some(after)] = rows else { break };
-                let duration = plant.duration(row);
-                bristle = plant.follow(bristle, [before, after], duration)?;
+                let Some([before, after]) = log.rows.get(row..row + 2) else { break };
+                bristle = plant.follow(bristle, [before, after], plant.duration(row))?;
                 if inverse {
-                    each(plant.imbalance(after, bristle.deflection));
+                    residuals.push(plant.imbalance(after, bristle.deflection));
                 }
             }
         }
-        Ok(())
+        Ok(residuals)
     }
 
     /// Sum of squares to which those of a log are compared: of the motor's torque, or of the
     /// position about its mean in each segment.
     pub(super) fn whole(&self, number: usize, log: &SmoothedLog<'_>, values: &[f64]) -> f64 {
-        let Criterion::Segments(length) = self.criterion else {
+        if self.length == INVERSE {
             let plant = Plant::new(self.model, log, number, values);
             let torque = |row| plant.as_ref().map_or(f64::NAN, |plant| plant.measured(row).motor);
             return log.rows.iter().map(|row| torque(row).powi(2)).sum();
-        };
+        }
         let about_mean = |rows: Range<usize>| -> f64 {
             let ours = log.log.position.get(rows).unwrap_or_default();
             let mean = ours.iter().sum::<f64>() / ours.len() as f64;
             ours.iter().map(|x| (x - mean) * (x - mean)).sum()
         };
-        segments(log.log, length).into_iter().map(about_mean).sum()
+        segments(log.log, self.length).into_iter().map(about_mean).sum()
     }
 
     /// The weighted residuals log by log, by as many threads as the machine has. A log without
     /// weights is not simulated.
-    pub(super) fn by_log<T: Scalar>(&self, values: &[T]) -> Result<Vec<Vec<T>>, ParameterError> {
-        let of_log = |number: usize| {
+    pub(super) fn by_log<T: Scalar>(&self, values: &[T]) -> Checked<Vec<Vec<T>>> {
+        let of_log = |number: usize, log: &SmoothedLog<'_>| {
             let weights = self.weights.get(number).map_or(&[][..], Vec::as_slice);
             if !weights.is_empty() && weights.iter().all(|&weight| weight == 0.0) {
                 return Ok(vec![T::zero(); weights.len()]);
             }
-            let mut residuals = Vec::new();
-            let mut push = |r: T| residuals.push(r);
-            let log = self.logs.get(number);
-            log.map_or(Ok(()), |log| self.of_log(number, log, values, &mut push))?;
+            let plant = Plant::new(self.model, log, number, values)?;
+            let mut residuals = self.of_plant(&plant, log)?;
             residuals.iter_mut().zip(weights).for_each(|(r, &weight)| *r *= lit(weight));
             Ok(residuals)
         };
-        side_by_side(self.logs.len(), of_log).into_iter().collect()
+        side_by_side(self.logs, of_log).into_iter().collect()
     }
-}
-
-/// Passes the errors of the position over a segment to `each`.
-fn simulate<T: Scalar>(
-    plant: &Plant<'_, T>,
-    segment: &Range<usize>,
-    mut state: JointState<T>,
-    each: &mut impl FnMut(T),
-) -> Result<(), ParameterError> {
-    for row in segment.clone() {
-        state = plant.advance(state, row)?;
-        each(state.angle - lit(plant.position(row + 1)));
-    }
-    Ok(())
 }
 
 impl Objective for Errors<'_> {
-    fn largest_gradient(&self) -> f64 {
-        self.largest_gradient
-    }
-
-    fn evaluate<T: Scalar>(
-        &self,
-        values: &[T],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError> {
+    fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()> {
         self.by_log(values)?.into_iter().flatten().for_each(each);
         Ok(())
     }
 }
 
-/// What a function gives for each number below a count, in their order, by as many threads as the
-/// machine has.
-fn side_by_side<R: Send>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+/// What a function gives for each of a list with its number, in their order, by as many threads as
+/// the machine has.
+fn side_by_side<I: Sync, R: Send>(list: &[I], of: impl Fn(usize, &I) -> R + Sync) -> Vec<R> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(list.len());
     let next = AtomicUsize::new(0);
     let work = || {
         let numbers = core::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
-        let ours = numbers.take_while(|&number| number < count);
-        ours.map(|number| (number, of(number))).collect::<Vec<_>>()
+        let ours = numbers.map_while(|number| Some((number, of(number, list.get(number)?))));
+        ours.collect::<Vec<_>>()
     };
     let mut all = std::thread::scope(|scope| {
         let start = |_| std::thread::Builder::new().spawn_scoped(scope, work).ok();
@@ -229,7 +191,7 @@ mod tests {
     use num_dual::Dual64;
 
     /// Dual numbers against central differences, residual by residual.
-    fn sensitivities(friction: Friction, criterion: Criterion) {
+    fn sensitivities(friction: Friction, length: f64) {
         let time: Vec<f64> = (0..200).map(|i| 5e-3 * f64::from(i)).collect();
         let position: Vec<f64> = time.iter().map(|t| 0.6 * (7.0 * t).sin()).collect();
         let goal: Vec<f64> = time.iter().map(|t| 0.9 * (7.0 * t + 0.4).sin()).collect();
@@ -257,7 +219,7 @@ mod tests {
         let guess = guess(&joint, &smoothed).unwrap();
         let table = joint.table(&friction, &guess, 1).unwrap();
         let model = Model { joint, friction, table, fastest: 20.0, step: 1e-3 };
-        let errors = Errors::new(&model, &smoothed, criterion);
+        let errors = Errors::new(&model, &smoothed, length);
         let parameters = &model.table.parameters;
         let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
         let searched = |(_, p): &(usize, &crate::Parameter)| p.least < p.most;
@@ -282,23 +244,23 @@ mod tests {
                 // second order: 10⁻⁶ of the largest; roundings are 10⁻¹⁶/10⁻⁶ of the position.
                 assert!(
                     (difference - dual).abs() < 1e-4 * scale + 1e-8,
-                    "{friction} {criterion:?} {} row {row}: {difference} {dual}",
+                    "{friction} over {length} s {} row {row}: {difference} {dual}",
                     parameter.name
                 );
             }
-            assert!(scale > 0.0, "{friction} {criterion:?} {}", parameter.name);
+            assert!(scale > 0.0, "{friction} over {length} s {}", parameter.name);
         }
     }
 
     #[test]
     fn sensitivities_are_those_of_the_residuals() {
-        for criterion in [Criterion::Inverse, Criterion::Segments(0.2)] {
+        for length in [INVERSE, 0.2] {
             for friction in [
                 Friction::dahl().loaded(),
                 Friction::frbd().loaded().directional(),
                 Friction::lugre().loaded(),
             ] {
-                sensitivities(friction, criterion);
+                sensitivities(friction, length);
             }
         }
     }

@@ -20,20 +20,19 @@
 //! parametric measurement error models", Journal of the American Statistical Association 89 (1994),
 //! 1314–1328.
 
-use super::criteria::{Criterion, Errors};
+use super::criteria::{Errors, WHOLE};
 use super::fit::Stages;
-use super::ladder::begin_at;
 use super::log::DriveLog;
 use super::report::ExpectedError;
 use super::smooth::{SmoothedLog, smooth};
 use crate::initial_guess::noise;
 use crate::least_squares::Draw;
 use crate::log::quantile;
-use crate::problem::{Objective, Point, Problem, Rows};
-use crate::residuals::within;
+use crate::problem::{Point, Problem, Rows, begin_at};
 use crate::uncertainty::Determinacy;
 use crate::{Estimate, Fit, Identifiability, SearchOutcome};
-use bristle::parameter::ParameterError;
+use bristle::Scalar;
+use bristle::parameter::Checked;
 
 /// Lengths of the last segments that are compared where a drive is noisy, over that of the longest
 /// log.
@@ -87,56 +86,47 @@ fn linear(problem: &Problem<'_, Errors<'_>>) -> Option<(Rows, Determinacy)> {
 impl Stages<'_> {
     /// Compares lengths of the last segments, if a drive is noisy, and takes that of the least
     /// errors.
-    pub(super) fn compare_lengths(&mut self) -> Result<(), ParameterError> {
+    pub(super) fn compare_lengths(&mut self) -> Checked<()> {
         self.expected.clear();
         if is_command(self.errors.logs) {
             return Ok(());
         }
         for share in SHARES {
-            let length = if share == 1.0 { f64::INFINITY } else { share * self.duration };
-            self.errors.criterion = Criterion::Segments(length);
+            let length = if share == 1.0 { WHOLE } else { share * self.duration };
+            self.errors.length = length;
             self.runs += 1;
-            let found = self.errors_by_noise(f64::INFINITY, DRAWS[0])?;
-            let Some((sizes, _)) = found else { continue };
+            let Some((sizes, _)) = self.errors_by_noise(f64::INFINITY, DRAWS[0])? else { continue };
             let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
             let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
             self.expected.push(ExpectedError { length, ratio: mean.exp() });
         }
         let least = self.expected.iter().min_by(|a, b| a.ratio.total_cmp(&b.ratio)).copied();
         self.expected.iter_mut().zip(least.iter().cycle()).for_each(|(e, l)| e.ratio /= l.ratio);
-        self.errors.criterion = Criterion::Segments(least.map_or(f64::INFINITY, |e| e.length));
+        self.errors.length = least.map_or(WHOLE, |e| e.length);
         Ok(())
     }
 
     /// Expected errors of the search variables at the starts of the parameters, and the mean square
     /// of the residuals that noise leaves, if the sensitivities are finite and nothing stops in
     /// between, from so many draws. Noise of the position is at most of a size.
-    fn errors_by_noise(
-        &mut self,
-        most: f64,
-        draws: usize,
-    ) -> Result<Option<(Point, f64)>, ParameterError> {
+    fn errors_by_noise(&mut self, most: f64, draws: usize) -> Checked<Option<(Point, f64)>> {
         let (errors, parameters) = (self.errors.clone(), self.parameters.clone());
         let problem = Problem::new(&errors, &parameters)?;
         let Some((rows, Determinacy { inverse, .. })) = linear(&problem) else { return Ok(None) };
         let (mut squares, mut draw) = (Point::zeros(parameters.len()), Draw::new());
-        let (mut noise, mut count) = (0.0, 0.0);
+        let (values, mut noise, mut count) = (problem.values(&problem.start), 0.0, 0.0);
         for _ in 0..draws {
             let noisy = noisier(errors.logs, [most, 1.0], &mut draw);
             let logs: Vec<SmoothedLog<'_>> = noisy.iter().map(smooth).collect();
-            let (mut score, mut left) = (Point::zeros(parameters.len()), rows.rows.iter());
-            Errors { logs: &logs, ..errors.clone() }.evaluate(
-                &problem.values(&problem.start),
-                &mut |r: f64| {
-                    if let Some((before, gradient)) = left.next() {
-                        // A row beyond says nothing of the accuracy.
-                        if gradient.amax() <= errors.largest_gradient {
-                            score.axpy(r - before, gradient, 1.0);
-                            (noise, count) = (noise + (r - before) * (r - before), count + 1.0);
-                        }
-                    }
-                },
-            )?;
+            let residuals = Errors { logs: &logs, ..errors.clone() }.by_log(&values)?;
+            let mut score = Point::zeros(parameters.len());
+            for (r, (before, gradient)) in residuals.iter().flatten().zip(&rows.rows) {
+                // A row beyond says nothing of the accuracy.
+                if gradient.amax() <= errors.largest_gradient {
+                    score.axpy(r - before, gradient, 1.0);
+                    (noise, count) = (noise + (r - before) * (r - before), count + 1.0);
+                }
+            }
             if self.ask().is_break() {
                 return Ok(None);
             }
@@ -149,7 +139,7 @@ impl Stages<'_> {
 
     /// By how much as much noise again moves the search variables on average, that of the position
     /// at most of a size; nothing for commands.
-    fn bias(&mut self, most: f64) -> Result<Option<Point>, ParameterError> {
+    fn bias(&mut self, most: f64) -> Checked<Option<Point>> {
         let (errors, mut draw) = (self.errors.clone(), Draw::new());
         let mut sum = Point::zeros(self.parameters.len());
         if self.stopped || is_command(errors.logs) {
@@ -175,7 +165,7 @@ impl Stages<'_> {
     /// Standard errors are those that noise of drive and position leads one to expect, and those
     /// of the residuals as far as noise does not explain them: s² + (1 − 2 σ_n²/σ²)₊ s_r². It is
     /// twice the squares σ_n² that noise leaves, because those of a simulated log scatter as much.
-    pub(super) fn know_noise(&mut self, fit: &mut Fit) -> Result<(), ParameterError> {
+    pub(super) fn know_noise(&mut self, fit: &mut Fit) -> Checked<()> {
         if fit.outcome == SearchOutcome::Stopped {
             return Ok(());
         }
@@ -192,7 +182,7 @@ impl Stages<'_> {
         let slopes = problem.slopes(&values);
         if let Some(bias) = bias {
             // A linear step says little beyond a standard error.
-            let bias = bias.zip_map(&sizes, |bias, size| within(bias, -size, size));
+            let bias = bias.zip_map(&sizes, |bias, size| bias.larger(-size).smaller(size));
             let values = problem.values(&problem.within(|i| problem.start[i] - bias[i]));
             fit.estimates.iter_mut().zip(values).for_each(|(e, value)| e.value = value);
         }
@@ -201,7 +191,7 @@ impl Stages<'_> {
             let Estimate { value, standard_error, verdict, .. } = estimate;
             if [Determined, Uncertain].contains(verdict) {
                 *standard_error = (unexplained.sqrt() * *standard_error).hypot(size * slope);
-                *verdict = if *standard_error <= value.abs() { Determined } else { Uncertain };
+                *verdict = Identifiability::of(*value, *standard_error);
             }
         }
         Ok(())

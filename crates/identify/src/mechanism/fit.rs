@@ -12,21 +12,21 @@
 use core::ops::ControlFlow;
 
 use super::Loss;
-use super::criteria::{Criterion, Errors};
+use super::criteria::{Errors, INVERSE, WHOLE};
 use super::friction::Friction;
 use super::joint::{Joint, Model};
 use super::judge::judge;
-use super::ladder::{begin_at, contained_start, off_neutral, starts, tried};
+use super::ladder::{off_neutral, starts, tried};
 use super::log::DriveLog;
 use super::report::{ExpectedError, JointFit};
 use super::smooth::{SmoothedLog, smooth};
 use super::start::guess;
 use crate::least_squares::{Found, PROBES, minimise};
 use crate::log::{quantile, span};
-use crate::problem::{Objective, Problem};
+use crate::problem::{Objective, Problem, begin_at};
 use crate::uncertainty::assess;
 use crate::{Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 
 /// How the parameters of a joint are searched.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,7 +114,7 @@ const HALVINGS: usize = 8;
 impl Settings {
     /// Refuses lengths, steps and bounds that are not positive, and steps that are far too short
     /// for the rows of these logs.
-    fn check(&self, logs: [&[DriveLog]; 2]) -> Result<(), ParameterError> {
+    fn check(&self, logs: [&[DriveLog]; 2]) -> Checked<()> {
         ParameterError::of_components(&self.horizons, |&it| {
             Named("horizons", it).stated(it >= 0.0, "not be negative; it may be infinite")
         })?;
@@ -149,7 +149,7 @@ pub fn fit_joint(
     held_out: &[DriveLog],
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<JointFit, ParameterError> {
+) -> Checked<JointFit> {
     let mut stopped = false;
     let mut watch = |now: &Progress<'_>| {
         stopped = stopped || progress(now).is_break();
@@ -179,7 +179,7 @@ pub(super) fn fit_candidate(
     settings: &Settings,
     contained: &[&JointFit],
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<JointFit, ParameterError> {
+) -> Checked<JointFit> {
     Named("logs", fitted.len()).count(1)?;
     settings.check([fitted, held_out])?;
     let logs: Vec<SmoothedLog<'_>> = fitted.iter().map(smooth).collect();
@@ -189,7 +189,7 @@ pub(super) fn fit_candidate(
     let model = Model { joint: joint.clone(), friction: *friction, table, fastest, step };
     let duration = fitted.iter().map(|log| span(&log.time)).fold(0.0, f64::max);
     let mut stages = Stages {
-        errors: Errors::new(&model, &logs, Criterion::Inverse),
+        errors: Errors::new(&model, &logs, INVERSE),
         settings,
         duration,
         range: guess.range,
@@ -202,8 +202,9 @@ pub(super) fn fit_candidate(
         progress,
     };
     let found = stages.all(contained)?;
-    let mut fit = assess(&Problem::new(&stages.errors, &stages.parameters)?, &found);
-    let (runs, horizon) = (stages.runs + 1, stages.horizon());
+    let problem = Problem::new(&stages.errors, &stages.parameters)?;
+    let mut fit = assess(&problem, &found, stages.errors.largest_gradient);
+    let (runs, horizon) = (stages.runs + 1, stages.errors.length);
     let lengths = core::mem::take(&mut stages.expected);
     stages.know_noise(&mut fit)?;
     fit.remarks.extend(stages.shortened);
@@ -253,9 +254,9 @@ pub(super) struct Stages<'a> {
 
 impl Stages<'_> {
     /// The inverse criterion, then segments of growing length.
-    fn all(&mut self, contained: &[&JointFit]) -> Result<Found, ParameterError> {
+    fn all(&mut self, contained: &[&JointFit]) -> Checked<Found> {
         let horizons = match self.settings.horizons.as_slice() {
-            [] => vec![self.duration / 30.0, self.duration / 6.0, f64::INFINITY],
+            [] => vec![self.duration / 30.0, self.duration / 6.0, WHOLE],
             given => given.to_vec(),
         };
         let mut found = self.minimise(self.left().min(COARSE_RUNS), false)?;
@@ -278,7 +279,7 @@ impl Stages<'_> {
     }
 
     /// The last stage, and the rounds of a robust loss.
-    fn last(&mut self) -> Result<Found, ParameterError> {
+    fn last(&mut self) -> Checked<Found> {
         let mut found = None;
         if let Some(own) = self.own.take() {
             // A few runs from both, and on from the better one.
@@ -315,10 +316,10 @@ impl Stages<'_> {
         asked: f64,
         [first, last]: [bool; 2],
         contained: &[&JointFit],
-    ) -> Result<ControlFlow<()>, ParameterError> {
-        let length = if asked >= self.duration { f64::INFINITY } else { asked };
+    ) -> Checked<ControlFlow<()>> {
+        let length = if asked >= self.duration { WHOLE } else { asked };
         let most = self.settings.largest_sensitivity * self.range;
-        self.errors.criterion = Criterion::over(length);
+        self.errors.length = length;
         self.errors.largest_gradient = if length > 0.0 { RARE * most } else { f64::INFINITY };
         if first {
             off_neutral(&mut self.parameters);
@@ -329,23 +330,23 @@ impl Stages<'_> {
         }
         if last && self.settings.horizons.is_empty() {
             self.compare_lengths()?;
-            if self.stopped || self.horizon() < length && self.try_starts(contained).is_break() {
+            if self.stopped || self.errors.length < length && self.try_starts(contained).is_break()
+            {
                 return Ok(ControlFlow::Break(()));
             }
         }
-        let length = self.horizon();
+        let length = self.errors.length;
         for _ in 0..HALVINGS {
             self.runs += 1;
-            if length == 0.0 || self.is_bearable(most)? {
+            if length == INVERSE || self.is_bearable(most)? {
                 break;
             }
             if self.ask().is_break() {
                 return Ok(ControlFlow::Break(()));
             }
-            let half = 0.5 * self.horizon().min(self.duration);
-            self.errors.criterion = Criterion::Segments(half);
+            self.errors.length = 0.5 * self.errors.length.min(self.duration);
         }
-        let fitted = self.horizon();
+        let fitted = self.errors.length;
         if last && fitted < length {
             self.shortened = Some(Remark::Shortened { asked: length.min(self.duration), fitted });
         }
@@ -359,13 +360,13 @@ impl Stages<'_> {
         let table = &self.errors.model.table;
         let ended = contained.iter().flat_map(|&fit| {
             [false, true].map(|undamped| {
-                let values = contained_start(table, fit, [false, undamped]);
+                let values = table.begun(fit, [false, undamped]);
                 (self.errors.cost(&values), values, fit)
             })
         });
         let least = ended.min_by(|a, b| a.0.total_cmp(&b.0));
         self.own = least.is_some().then(|| starts(&self.parameters));
-        let begun = least.as_ref().map(|(_, _, fit)| contained_start(table, fit, [true, false]));
+        let begun = least.as_ref().map(|(_, _, fit)| table.begun(fit, [true, false]));
         let begun = begun.unwrap_or_else(|| starts(&self.parameters));
         begin_at(&mut self.parameters, &begun);
         let mut best = least.map_or((f64::INFINITY, Vec::new()), |least| (least.0, least.1));
@@ -383,17 +384,12 @@ impl Stages<'_> {
 
     /// Whether the fit goes on, between two searches.
     pub(super) fn ask(&mut self) -> ControlFlow<()> {
-        let (horizon, gradient_runs) = (self.horizon(), self.runs);
+        let (horizon, gradient_runs) = (self.errors.length, self.runs);
         let (candidate, rmse, values) = (0, f64::NAN, &starts(&self.parameters));
         let progress = Progress { candidate, horizon, gradient_runs, rmse, values };
         let goes_on = (self.progress)(&progress);
         self.stopped |= goes_on.is_break();
         goes_on
-    }
-
-    /// Length of the segments \[s\]; zero for the inverse criterion.
-    pub(super) fn horizon(&self) -> f64 {
-        if let Criterion::Segments(length) = self.errors.criterion { length } else { 0.0 }
     }
 
     /// Runs that are left, but for the one with which every search ends: for the standard errors.
@@ -402,10 +398,10 @@ impl Stages<'_> {
     }
 
     /// A search from the parameters of the last one, in the last stage or a coarse one before.
-    fn minimise(&mut self, iterations: usize, last: bool) -> Result<Found, ParameterError> {
+    fn minimise(&mut self, iterations: usize, last: bool) -> Checked<Found> {
         let (probes, tolerance) = if last { (PROBES, 1.0) } else { (0, 10.0) };
         let tolerance = tolerance * self.settings.tolerance;
-        let (before, horizon) = (self.runs, self.horizon());
+        let (before, horizon) = (self.runs, self.errors.length);
         let mut watch =
             |now: &SearchProgress<'_>| (self.progress)(&Progress::of(now, horizon, before));
         let settings = SearchSettings { iterations, tolerance, starts: 1 };
@@ -417,7 +413,7 @@ impl Stages<'_> {
 
     /// Whether the gradients of nearly all rows keep below a size, and those of the others below a
     /// hundred times as much.
-    fn is_bearable(&self, most: f64) -> Result<bool, ParameterError> {
+    fn is_bearable(&self, most: f64) -> Checked<bool> {
         let problem = Problem::new(&self.errors, &self.parameters)?;
         let rows = problem.rows(&problem.start);
         let mut sizes: Vec<f64> = rows.rows.iter().map(|(_, gradient)| gradient.amax()).collect();

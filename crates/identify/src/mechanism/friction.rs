@@ -24,7 +24,7 @@ use crate::Parameter;
 use bristle::curve::{
     AnyCurve, Asymmetric, Coulomb, CoulombParameters, Stribeck, StribeckParameters,
 };
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scalar::lit;
 use bristle::{AnyBristle, FrBd, LuGre, Scalar};
@@ -33,8 +33,10 @@ use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoad
 /// What carries the friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Kind {
-    /// A bristle so stiff that its deflection does not count.
-    Static,
+    /// With a bristle so stiff that its deflection does not count.
+    Coulomb,
+    /// Likewise.
+    Stribeck,
     Dahl,
     LuGre,
     FrBd,
@@ -48,7 +50,6 @@ const STIFF: f64 = 1e4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Friction {
     kind: Kind,
-    stribeck: bool,
     exponential: bool,
     pub(super) loaded: bool,
     pub(super) directional: bool,
@@ -61,34 +62,39 @@ pub(super) type Gear<T> = GearFriction<T, AnyBristle<T>, TorqueLoad<T>>;
 pub(super) type GearParameters<T> = GearFrictionParameters<T, AnyBristle<T>, TorqueLoad<T>>;
 
 impl Friction {
-    fn new(kind: Kind, stribeck: bool) -> Self {
-        Self { kind, stribeck, exponential: false, loaded: false, directional: false }
+    fn new(kind: Kind) -> Self {
+        Self { kind, exponential: false, loaded: false, directional: false }
+    }
+
+    /// Whether it has a Stribeck curve.
+    fn falls(&self) -> bool {
+        !matches!(self.kind, Kind::Coulomb | Kind::Dahl)
     }
 
     /// A constant torque against the motion. Its bristle is fixed and stiff: it breaks away over a
     /// ten-thousandth of the range of positions, well damped.
     pub fn coulomb() -> Self {
-        Self::new(Kind::Static, false)
+        Self::new(Kind::Coulomb)
     }
 
     /// A Stribeck curve, with the bristle of [`Friction::coulomb`].
     pub fn stribeck() -> Self {
-        Self::new(Kind::Static, true)
+        Self::new(Kind::Stribeck)
     }
 
     /// [Dahl](bristle::Dahl)'s model.
     pub fn dahl() -> Self {
-        Self::new(Kind::Dahl, false)
+        Self::new(Kind::Dahl)
     }
 
     /// The classical [`LuGre`] model with a Stribeck curve.
     pub fn lugre() -> Self {
-        Self::new(Kind::LuGre, true)
+        Self::new(Kind::LuGre)
     }
 
     /// [`FrBd`] with a Stribeck curve.
     pub fn frbd() -> Self {
-        Self::new(Kind::FrBd, true)
+        Self::new(Kind::FrBd)
     }
 
     /// With a load that grows with the torques, p = T_c + |k_m τ_m − k_e τ_e|.
@@ -124,11 +130,10 @@ impl Friction {
     /// Whether a simpler candidate is this one with some of its parameters without effect.
     pub(super) fn contains(&self, simpler: &Self) -> bool {
         let kind = match (simpler.kind, self.kind) {
-            (Kind::Static, _) | (Kind::Dahl, Kind::LuGre | Kind::FrBd) => true,
+            (Kind::Coulomb, _) | (Kind::Stribeck | Kind::Dahl, Kind::LuGre | Kind::FrBd) => true,
             (one, other) => one == other,
         };
-        let least = simpler.stribeck <= self.stribeck
-            && (!simpler.stribeck || simpler.exponential == self.exponential)
+        let least = (!simpler.falls() || simpler.exponential == self.exponential)
             && simpler.loaded <= self.loaded
             && simpler.directional <= self.directional;
         kind && least && simpler != self
@@ -144,7 +149,7 @@ impl Friction {
             all.push(Parameter::scaled("external_load_factor", "", 0.1, 0.0..=5.0, 0.1));
         }
         let logarithmic = Parameter::logarithmic;
-        if self.stribeck {
+        if self.falls() {
             let (speed, least, most) = (guess.speed, 1e-4 * guess.fastest, 10.0 * guess.fastest);
             all.push(Parameter::scaled("breakaway_excess", "", 0.3, 0.0..=10.0, 0.3));
             all.push(logarithmic("stribeck_velocity", "m/s", 0.1 * speed, least..=most));
@@ -158,7 +163,7 @@ impl Friction {
         }
         // σ1 of a critically damped stuck joint is 2 √(σ0 J/T_c).
         let critical = |stiffness: f64| 2.0 * (stiffness * guess.inertia / coulomb).sqrt();
-        if self.kind == Kind::Static {
+        if matches!(self.kind, Kind::Coulomb | Kind::Stribeck) {
             let stiffness = STIFF / range;
             let damping = 0.5 * critical(stiffness);
             all.push(logarithmic("micro_stiffness", "1/m", stiffness, stiffness..=stiffness));
@@ -180,7 +185,7 @@ impl Friction {
         &self,
         value: impl Fn(&str) -> Option<T>,
         fastest: f64,
-    ) -> Result<GearParameters<T>, ParameterError> {
+    ) -> Checked<GearParameters<T>> {
         let (zero, one) = (T::zero(), T::one());
         let or = |name, other| value(name).unwrap_or(other);
         let [idle_load, drag, micro_stiffness] =
@@ -190,9 +195,9 @@ impl Friction {
         let (excess, stribeck_velocity) =
             (or("breakaway_excess", zero), or("stribeck_velocity", one));
         let (backward, micro_damping) = (or("backward_ratio", one), or("micro_damping", zero));
-        let curve = |size: T| -> Result<AnyCurve<T>, ParameterError> {
+        let curve = |size: T| -> Checked<AnyCurve<T>> {
             let viscous_friction = zero;
-            Ok(if self.stribeck {
+            Ok(if self.falls() {
                 Stribeck::new(StribeckParameters {
                     static_coefficient: size * (one + excess),
                     dynamic_coefficient: size,
@@ -227,12 +232,12 @@ impl Friction {
 
 impl fmt::Display for Friction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match (self.kind, self.stribeck) {
-            (Kind::Static, false) => "Coulomb",
-            (Kind::Static, true) => "Stribeck",
-            (Kind::Dahl, _) => "Dahl",
-            (Kind::LuGre, _) => "LuGre",
-            (Kind::FrBd, _) => "FrBD",
+        let name = match self.kind {
+            Kind::Coulomb => "Coulomb",
+            Kind::Stribeck => "Stribeck",
+            Kind::Dahl => "Dahl",
+            Kind::LuGre => "LuGre",
+            Kind::FrBd => "FrBD",
         };
         let flag = |is: bool, text| if is { text } else { "" };
         let load = flag(self.loaded, ", loaded");

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use super::friction::Friction;
 use super::start::Guess;
 use crate::Parameter;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::{lit, to_f64};
 use bristle::{Scalar, Units};
+use bristle_joint::JointInputValue;
 
 /// A torque on the load side of the gear: it loads the gear as an external torque does.
 #[derive(Debug, Clone)]
@@ -173,6 +174,11 @@ const TAKES: &str = "a joint takes inertia, drag, delay; gravity_torque and hang
     coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, stribeck_velocity, \
     stribeck_exponent, backward_ratio, micro_stiffness and micro_damping; names of its own terms";
 
+/// A torque and its derivatives with respect to position and velocity, as the input of a joint.
+pub(super) fn input<T: Scalar>([value, by_angle, by_velocity]: [T; 3]) -> JointInputValue<T> {
+    JointInputValue { by_angle, by_velocity, ..JointInputValue::constant(value) }
+}
+
 /// What is said of a parameter beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Said {
@@ -184,7 +190,7 @@ enum Said {
 
 impl Said {
     /// Gives a parameter its start and bounds.
-    fn apply(self, parameter: &mut Parameter) -> Result<(), ParameterError> {
+    fn apply(self, parameter: &mut Parameter) -> Checked<()> {
         let name = parameter.name;
         match self {
             Self::Start(value) => {
@@ -289,37 +295,19 @@ impl Joint {
         self.say(name, Said::OfEachLog)
     }
 
-    /// A value given for a parameter, and whether it is known.
-    pub(super) fn given(&self, name: &str) -> Option<(f64, bool)> {
+    /// A value given for a parameter.
+    pub(super) fn given(&self, name: &str) -> Option<f64> {
         let mut said = self.said.iter().rev().filter(|(of, _)| *of == name);
         said.find_map(|(_, said)| match *said {
-            Said::Start(value) => Some((value, false)),
-            Said::Between([value, least, most]) => Some((value, least == most)),
+            Said::Start(value) | Said::Between([value, ..]) => Some(value),
             Said::OfEachLog => None,
         })
     }
 
     /// The parameters of joint and friction in their order, for so many logs.
-    pub(super) fn table(
-        &self,
-        friction: &Friction,
-        guess: &Guess,
-        logs: usize,
-    ) -> Result<Table, ParameterError> {
+    pub(super) fn table(&self, friction: &Friction, guess: &Guess, logs: usize) -> Checked<Table> {
         let mut base = vec![Parameter::positive("inertia", "kg", guess.inertia, 1000.0)];
-        let constants = [
-            ("torque_constant", "N/A", guess.torque_constant),
-            ("resistance", "Ω", guess.resistance),
-        ];
-        for (name, unit, value) in constants {
-            base.extend(value.map(|value| Parameter::positive(name, unit, value, 30.0)));
-        }
-        if guess.duty_exponent {
-            base.push(Parameter::scaled("duty_exponent", "", 1.0, 0.2..=3.0, 0.3));
-        }
-        if let Some(row) = guess.delay {
-            base.push(Parameter::scaled("delay", "s", 0.0, 0.0..=20.0 * row, row));
-        }
+        base.extend(&guess.drive);
         let viscous = guess.torque / guess.speed;
         let bounds = 0.0..=10.0 * viscous;
         base.push(Parameter::scaled("drag", "N s/m", guess.drag, bounds, 0.1 * viscous));
@@ -331,14 +319,9 @@ impl Joint {
         }
         base.extend(friction.parameters(guess));
         let of_friction = Friction::lugre().loaded().directional().parameters(guess);
-        let mut each = vec![false; base.len()];
         for &(name, said) in &self.said {
-            let mut places = base.iter_mut().zip(&mut each);
-            match places.find(|(parameter, _)| parameter.name == name) {
-                Some((parameter, each)) => {
-                    said.apply(parameter)?;
-                    *each |= said == Said::OfEachLog;
-                }
+            match base.iter_mut().find(|parameter| parameter.name == name) {
+                Some(parameter) => said.apply(parameter)?,
                 // Of the friction's parameters each candidate has its own.
                 None if of_friction.iter().any(|parameter| parameter.name == name) => {}
                 None => return Err(ParameterError::chosen(name, TAKES)),
@@ -350,14 +333,12 @@ impl Joint {
             return Err(ParameterError::chosen("offset_torque", rule));
         }
         base.iter_mut().for_each(|parameter| parameter.unit = self.unit(parameter.unit));
-        let mut table = Table { parameters: Vec::new(), logs: Vec::new() };
-        for (parameter, each) in base.into_iter().zip(each) {
-            for log in 0..if each { logs } else { 1 } {
-                table.parameters.push(parameter);
-                table.logs.push(each.then_some(log));
-            }
-        }
-        Ok(table)
+        let all = base.into_iter().flat_map(|parameter| {
+            let each = self.said.contains(&(parameter.name, Said::OfEachLog));
+            (0..if each { logs } else { 1 }).map(move |log| (parameter, each.then_some(log)))
+        });
+        let (parameters, logs) = all.unzip();
+        Ok(Table { parameters, logs })
     }
 }
 
@@ -387,13 +368,11 @@ impl Table {
     pub(super) fn value<T: Scalar>(&self, values: &[T], log: usize, name: &str) -> Option<T> {
         let all = self.parameters.iter().zip(&self.logs).zip(values);
         let ours = all.filter(|((parameter, _), _)| parameter.name == name);
-        let mut ours = ours.map(|((_, of), &value)| (*of, value));
+        let ours = ours.map(|((_, of), &value)| (*of, value));
         let one = ours.clone().find(|(of, _)| of.is_none_or(|of| of == log));
         one.map(|(_, value)| value).or_else(|| {
-            let (_, first) = ours.next()?;
-            let (sum, count) =
-                ours.fold((first, 1.0), |(sum, count), (_, value)| (sum + value, count + 1.0));
-            Some(sum / lit(count))
+            let sum = ours.clone().map(|(_, value)| value).reduce(|sum, value| sum + value)?;
+            Some(sum / lit(ours.count() as f64))
         })
     }
 }

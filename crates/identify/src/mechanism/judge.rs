@@ -6,7 +6,7 @@
 //! modelled a little wrong leave a hundredth at most; a wrong sign or a missing torque leave nearly
 //! all.
 
-use super::criteria::Criterion;
+use super::criteria::INVERSE;
 use super::plant::Plant;
 use super::report::{JointFit, Score};
 use super::smooth::SmoothedLog;
@@ -63,24 +63,17 @@ pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
 
 /// The logs that the model does not explain, the worst first; none where only torques were fitted.
 fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
-    let length = result.horizon;
-    if length == 0.0 {
+    if result.horizon == INVERSE {
         return Vec::new();
     }
-    let criterion = Criterion::Segments(length);
-    let (_, errors) = result.model.errors(&result.fit.values(), logs, criterion);
+    let (_, errors) = result.model.errors(&result.fit.values(), logs, result.horizon);
     let motion = |score: &Score| score.rmse / score.relative;
     let least = LEAST_MOTION * errors.iter().map(motion).fold(0.0, f64::max);
-    let mut fails: Vec<(f64, Remark)> = Vec::new();
-    for (log, score) in errors.iter().enumerate() {
-        let error = score.rmse / motion(score).max(least);
-        // NaN, where the model has no answer, explains nothing.
-        if !(error <= UNEXPLAINED) {
-            fails.push((error, Remark::Unexplained { log, error }));
-        }
-    }
-    fails.sort_by(|a, b| b.0.total_cmp(&a.0));
-    fails.into_iter().map(|(_, remark)| remark).collect()
+    let shares = errors.iter().map(|score| score.rmse / motion(score).max(least)).enumerate();
+    // NaN, where the model has no answer, explains nothing.
+    let mut fails: Vec<_> = shares.filter(|(_, error)| !(*error <= UNEXPLAINED)).collect();
+    fails.sort_by(|a, b| b.1.total_cmp(&a.1));
+    fails.into_iter().map(|(log, error)| Remark::Unexplained { log, error }).collect()
 }
 
 /// What keeps the factors of the load from being told.

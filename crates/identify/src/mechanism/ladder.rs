@@ -39,13 +39,6 @@ pub(super) fn starts(parameters: &[Parameter]) -> Vec<f64> {
     parameters.iter().map(|parameter| parameter.start).collect()
 }
 
-/// Takes values as the starts of parameters.
-pub(super) fn begin_at(parameters: &mut [Parameter], values: &[f64]) {
-    for (parameter, &value) in parameters.iter_mut().zip(values) {
-        parameter.start = value;
-    }
-}
-
 /// Starts parameters that have no effect with little: without a breakaway excess no search finds a
 /// Stribeck velocity.
 pub(super) fn off_neutral(parameters: &mut [Parameter]) {
@@ -70,25 +63,23 @@ pub(super) fn tried(parameters: &[Parameter]) -> Vec<Vec<f64>> {
     places.flat_map(moved).collect()
 }
 
-/// The parameters with which a candidate begins at the result of a smaller one: the same, or nearly
-/// so. Then a search moves all of them, and one that was fixed there starts as it does by itself.
-/// Undamped, the bristle lacks its damping: in LuGre's model a stiff one damps more than in that of
-/// Coulomb's friction.
-pub(super) fn contained_start(
-    table: &Table,
-    smaller: &JointFit,
-    [nearly, undamped]: [bool; 2],
-) -> Vec<f64> {
-    let value = |(parameter, log): (&Parameter, &Option<usize>)| {
-        let undamped = undamped && parameter.name == "micro_damping";
-        let same = |e: &&Estimate| e.parameter.name == parameter.name && e.log == *log;
-        let found = smaller.fit.estimates.iter().find(same);
-        let found =
-            found.filter(|e| !undamped && (!nearly || e.parameter.least < e.parameter.most));
-        let neutral = NEUTRAL.iter().find(|(name, _)| *name == parameter.name);
-        let neutral = neutral.map(|(_, values)| values[usize::from(nearly)]);
-        let value = found.map(|e| e.value).or(neutral).unwrap_or(parameter.start);
-        value.max(parameter.least).min(parameter.most)
-    };
-    table.parameters.iter().zip(&table.logs).map(value).collect()
+impl Table {
+    /// The parameters with which a candidate begins at the result of a smaller one: the same, or
+    /// nearly so. Then a search moves all of them, and one that was fixed there starts as it does
+    /// by itself. Undamped, the bristle lacks its damping: in LuGre's model a stiff one damps more
+    /// than in that of Coulomb's friction.
+    pub(super) fn begun(&self, smaller: &JointFit, [nearly, undamped]: [bool; 2]) -> Vec<f64> {
+        let value = |(parameter, log): (&Parameter, &Option<usize>)| {
+            let undamped = undamped && parameter.name == "micro_damping";
+            let same = |e: &&Estimate| e.parameter.name == parameter.name && e.log == *log;
+            let found = smaller.fit.estimates.iter().find(same);
+            let found =
+                found.filter(|e| !undamped && (!nearly || e.parameter.least < e.parameter.most));
+            let neutral = NEUTRAL.iter().find(|(name, _)| *name == parameter.name);
+            let neutral = neutral.map(|(_, values)| values[usize::from(nearly)]);
+            let value = found.map(|e| e.value).or(neutral).unwrap_or(parameter.start);
+            value.max(parameter.least).min(parameter.most)
+        };
+        self.parameters.iter().zip(&self.logs).map(value).collect()
+    }
 }

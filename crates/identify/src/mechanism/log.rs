@@ -2,9 +2,8 @@
 
 use core::ops::Range;
 
-use crate::LogError;
-use crate::log::{column, length, median, pairs, range, times, window};
-use bristle::parameter::Named;
+use crate::log::{column, median, pairs, range, times, window};
+use bristle::parameter::{Checked, Named};
 
 /// What drives the mechanism, row by row, positive along v > 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,7 +138,7 @@ pub struct DriveLog {
 const GAP: f64 = 10.0;
 
 /// Refuses a position that never changes.
-fn moving(position: Vec<f64>) -> Result<Vec<f64>, LogError> {
+fn moving(position: Vec<f64>) -> Checked<Vec<f64>> {
     let (least, most) = range(&position);
     let rule = "not stay there all along: does the sensor work?";
     Named("position", least).stated(most > least, rule)?;
@@ -154,30 +153,33 @@ impl DriveLog {
     /// Names the column, the row, the value and the rule. Columns must have one length of at least
     /// 20 rows. Every number must be finite, the time increasing and the supply positive. Refuses
     /// a position that never changes.
-    pub fn new(parameters: DriveLogParameters<'_>) -> Result<Self, LogError> {
+    pub fn new(parameters: DriveLogParameters<'_>) -> Checked<Self> {
         let DriveLogParameters { velocity, external_torque, enabled, load, .. } = parameters;
         let DriveLogParameters { held, noisy, delay, .. } = parameters;
         let time = times(parameters.time)?;
         let rows = time.len();
-        let finite = |name, values| column(name, values, rows, Named::finite);
+        let finite = |names, values| column(names, values, rows, Named::finite);
         let (drive, source) = match parameters.drive {
-            Drive::Torque(u) => (finite("torque", u)?, Source::Torque),
-            Drive::Current(u) => (finite("current", u)?, Source::Current),
-            Drive::Voltage(u) => (finite("voltage", u)?, Source::Voltage),
+            Drive::Torque(u) => (finite(["torque", "rows of torque"], u)?, Source::Torque),
+            Drive::Current(u) => (finite(["current", "rows of current"], u)?, Source::Current),
+            Drive::Voltage(u) => (finite(["voltage", "rows of voltage"], u)?, Source::Voltage),
             Drive::Duty { goal, gain, supply } => {
                 let gain = Named("gain", gain).positive()?;
-                let supply = column("supply", supply, rows, Named::positive)?;
-                (finite("goal", goal)?, Source::Duty { gain, supply })
+                let supply = column(["supply", "rows of supply"], supply, rows, Named::positive)?;
+                (finite(["goal", "rows of goal"], goal)?, Source::Duty { gain, supply })
             }
         };
-        let external = external_torque.map(|u| finite("external_torque", u)).transpose()?;
-        length("enabled", enabled.map_or(rows, <[_]>::len), rows)?;
+        let external = external_torque
+            .map(|u| finite(["external_torque", "rows of external_torque"], u))
+            .transpose()?;
+        let enabled_rows = enabled.map_or(rows, <[_]>::len);
+        Named("rows of enabled", enabled_rows).count_between(rows, rows)?;
         Named("delay", delay).non_negative()?;
         Named("load.inertia", load.inertia).non_negative()?;
         Named("load.gravity_torque", load.gravity_torque).finite()?;
         Ok(Self {
-            position: moving(finite("position", parameters.position)?)?,
-            velocity: velocity.map(|v| finite("velocity", v)).transpose()?,
+            position: moving(finite(["position", "rows of position"], parameters.position)?)?,
+            velocity: velocity.map(|v| finite(["velocity", "rows of velocity"], v)).transpose()?,
             external: external.unwrap_or_else(|| vec![0.0; rows]),
             enabled: enabled.map_or_else(|| vec![true; rows], <[_]>::to_vec),
             noisy: noisy && !matches!(source, Source::Duty { .. }),
@@ -196,7 +198,7 @@ impl DriveLog {
     ///
     /// Refuses a window of fewer than 20 rows, an end that is NaN, and a position that does not
     /// change in it.
-    pub fn between(&self, from: f64, to: f64) -> Result<Self, LogError> {
+    pub fn between(&self, from: f64, to: f64) -> Checked<Self> {
         let rows = window(&self.time, from, to)?;
         let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
         Ok(Self {
@@ -232,16 +234,12 @@ impl DriveLog {
 
     /// The rows between gaps of the time.
     pub(super) fn pieces(&self) -> Vec<Range<usize>> {
-        let longest = GAP * self.usual_step();
-        let (mut pieces, mut first) = (Vec::new(), 0);
-        for (row, (from, to)) in pairs(&self.time).enumerate() {
-            if to - from > longest {
-                pieces.push(first..row + 1);
-                first = row + 1;
-            }
-        }
-        pieces.push(first..self.time.len());
-        pieces
+        let (longest, mut end) = (GAP * self.usual_step(), 0);
+        let pieces = self.time.chunk_by(|from, to| to - from <= longest).map(|piece| {
+            end += piece.len();
+            end - piece.len()..end
+        });
+        pieces.collect()
     }
 
     /// Time from a row to the middle of its drive's effect \[s\].

@@ -4,16 +4,14 @@
 //! The step is [`GearFriction::joint_step`].
 
 use super::friction::Gear;
-use super::joint::{Model, Term};
+use super::joint::{Model, Term, input};
 use super::log::{DriveLog, Source};
 use super::smooth::{Smoothed, SmoothedLog};
-use crate::residuals::within;
-use bristle::parameter::ParameterError;
+use bristle::parameter::Checked;
 use bristle::scalar::lit;
 use bristle::{Branch, Bristle, Scalar, Surface};
 use bristle_joint::{
-    GearFriction, GearTorques, JointInputValue, JointMotion, JointState, JointTorques,
-    LoadedDeflection,
+    GearFriction, GearTorques, JointMotion, JointState, JointTorques, LoadedDeflection,
 };
 
 /// A torque and its derivatives with respect to position and velocity.
@@ -45,7 +43,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         SmoothedLog { log, rows }: &'a SmoothedLog<'_>,
         number: usize,
         values: &[T],
-    ) -> Result<Self, ParameterError> {
+    ) -> Checked<Self> {
         let value = |name: &str| model.table.value(values, number, name);
         let constant = value("torque_constant").unwrap_or_else(T::one);
         let names = model.joint.terms.iter().flat_map(Term::names);
@@ -71,11 +69,6 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// Time from a row to the next \[s\].
     pub(super) fn duration(&self, row: usize) -> f64 {
         self.time(row + 1) - self.time(row)
-    }
-
-    /// Measured position at a row \[rad\].
-    pub(super) fn position(&self, row: usize) -> f64 {
-        self.log.position.get(row).copied().unwrap_or(f64::NAN)
     }
 
     /// Torque of the motor between a row and the next, at a share of the time between them, and the
@@ -132,7 +125,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
             (middle - here) / (next - here)
         };
         let [one, other] = [0.0, 1.0].map(|share| lit::<T>(between(&log.drive, from, share)));
-        one + (other - one) * within(part, T::zero(), T::one())
+        one + (other - one) * part.larger(T::zero()).smaller(T::one())
     }
 
     /// The smoothed drive as it acts at a row.
@@ -204,7 +197,8 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let full = contact.stationary(Surface::scaled(Branch::Forward.of(T::zero()), scale));
         let stiffness = contact.reference_load() * contact.model().storage_stiffness();
         let share = torque / (stiffness * full);
-        let share = if share.is_finite() { within(share, -T::one(), T::one()) } else { T::zero() };
+        let share = if share.is_finite() { share } else { T::zero() };
+        let share = share.larger(-T::one()).smaller(T::one());
         LoadedDeflection { deflection: full * share, load }
     }
 
@@ -214,7 +208,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         bristle: LoadedDeflection<T>,
         [before, after]: [&Smoothed; 2],
         duration: f64,
-    ) -> Result<LoadedDeflection<T>, ParameterError> {
+    ) -> Checked<LoadedDeflection<T>> {
         let (one, other) = (self.measured(before), self.measured(after));
         let half = lit::<T>(0.5);
         let torques = GearTorques {
@@ -234,19 +228,10 @@ impl<'a, T: Scalar> Plant<'a, T> {
 
     /// The motion at the next row, in steps up to a length.
     #[inline]
-    pub(super) fn advance(
-        &self,
-        mut state: JointState<T>,
-        row: usize,
-    ) -> Result<JointState<T>, ParameterError> {
+    pub(super) fn advance(&self, mut state: JointState<T>, row: usize) -> Checked<JointState<T>> {
         let duration = self.duration(row);
         let steps = (duration / self.model.step - 1e-6).ceil().max(1.0) as u32;
         let h = lit::<T>(duration / f64::from(steps));
-        let value = |[value, by_angle, by_velocity]: Torque<T>| JointInputValue {
-            by_angle,
-            by_velocity,
-            ..JointInputValue::constant(value)
-        };
         for number in 0..steps {
             let half = 0.5 / f64::from(steps);
             let share = f64::from(number) / f64::from(steps) + half;
@@ -254,7 +239,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
                 let (motor, loading) = self.motor(row, [share, half], x, v);
                 let external = self.external(between(&self.log.external, row, share), x, v);
                 let loading = GearTorques { motor: loading, external: external[0] };
-                JointTorques { motor: value(motor), external: value(external), loading }
+                JointTorques { motor: input(motor), external: input(external), loading }
             };
             state = self.gear.joint_step(self.inertia, &state, h, torques)?.0;
         }

@@ -3,14 +3,14 @@
 use core::fmt;
 use std::collections::BTreeMap;
 
-use super::criteria::{Criterion, Errors};
+use super::criteria::{Errors, INVERSE, WHOLE};
 use super::friction::{Friction, Gear, GearParameters};
-use super::joint::{Joint, Model, Term};
+use super::joint::{Joint, Model, Term, input};
 use super::log::{DriveLog, Source};
 use super::smooth::{SmoothedLog, smooth};
 use crate::Fit;
 use bristle::number::Number;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle_joint::{GearFriction, JointInput, JointInputValue, JointMotion};
 
 /// Errors by one criterion.
@@ -93,15 +93,15 @@ pub struct JointFit {
 }
 
 impl Model {
-    /// Errors on logs by a criterion, on all of them together, then log by log; NaN where the model
-    /// has no answer.
+    /// Errors on logs over segments of a length, on all logs together, then log by log; NaN where
+    /// the model has no answer.
     pub(super) fn errors(
         &self,
         values: &[f64],
         logs: &[SmoothedLog<'_>],
-        criterion: Criterion,
+        length: f64,
     ) -> (Score, Vec<Score>) {
-        let errors = Errors::new(self, logs, criterion);
+        let errors = Errors::new(self, logs, length);
         let parts = errors.by_log(values).unwrap_or_else(|_| vec![Vec::new(); logs.len()]);
         let wholes = logs.iter().enumerate().map(|(i, log)| errors.whole(i, log, values));
         let all = Score::of(parts.iter().flatten(), wholes.clone().sum());
@@ -110,31 +110,23 @@ impl Model {
     }
 
     /// Errors by both criteria.
-    pub(super) fn scores(
-        &self,
-        values: &[f64],
-        logs: &[SmoothedLog<'_>],
-    ) -> Result<GroupScores, ParameterError> {
+    pub(super) fn scores(&self, values: &[f64], logs: &[SmoothedLog<'_>]) -> Checked<GroupScores> {
         self.check(logs)?;
-        let by = [Criterion::Inverse, Criterion::Segments(f64::INFINITY)];
-        let [inverse, simulated] = by.map(|criterion| self.errors(values, logs, criterion));
+        let [inverse, simulated] = [INVERSE, WHOLE].map(|length| self.errors(values, logs, length));
         let both = |(inverse, simulated)| Scores { inverse, simulated };
         let each = inverse.1.into_iter().zip(simulated.1).map(both);
         Ok(GroupScores { all: both((inverse.0, simulated.0)), each: each.collect() })
     }
 
     /// Refuses logs of a drive whose constants are not among the parameters.
-    fn check(&self, logs: &[SmoothedLog<'_>]) -> Result<(), ParameterError> {
-        let lacks = |name| !self.table.parameters.iter().any(|parameter| parameter.name == name);
-        let (constant, resistance) = (lacks("torque_constant"), lacks("resistance"));
-        let is_foreign = |source: &Source| {
-            constant && *source != Source::Torque || resistance && source.is_electric()
+    fn check(&self, logs: &[SmoothedLog<'_>]) -> Checked<()> {
+        let has = |name| self.table.parameters.iter().any(|parameter| parameter.name == name);
+        let (constant, resistance) = (has("torque_constant"), has("resistance"));
+        let is_ours = |SmoothedLog { log, .. }: &SmoothedLog<'_>| {
+            (constant || log.source == Source::Torque) && (resistance || !log.source.is_electric())
         };
-        if logs.iter().any(|smoothed| is_foreign(&smoothed.log.source)) {
-            let takes = "this fit takes logs of torque";
-            return Err(ParameterError::chosen("an electric drive", takes));
-        }
-        Ok(())
+        let foreign = ParameterError::chosen("an electric drive", "this fit takes logs of torque");
+        if logs.iter().all(is_ours) { Ok(()) } else { Err(foreign) }
     }
 }
 
@@ -156,14 +148,11 @@ impl JointFit {
     ///
     /// Refuses a log of a drive that the fit has no constants of, and a simulation that is not
     /// finite.
-    pub fn simulate(&self, log: &DriveLog) -> Result<Vec<f64>, ParameterError> {
-        let errors = self.residuals(log, Criterion::Segments(f64::INFINITY))?;
-        let rows = log.position.iter().zip(errors).enumerate();
-        let checked = rows.map(|(row, (position, error))| {
-            let sum = Named("simulated position", position + error).finite();
-            ParameterError::of_component(row, sum)
-        });
-        checked.collect()
+    pub fn simulate(&self, log: &DriveLog) -> Checked<Vec<f64>> {
+        let errors = self.residuals(log, WHOLE)?;
+        let positions: Vec<f64> = log.position.iter().zip(errors).map(|(x, e)| x + e).collect();
+        ParameterError::of_components(&positions, |&x| Named("simulated position", x).finite())?;
+        Ok(positions)
     }
 
     /// What is left of the equation of motion at every row of a log [N m], from its smoothed
@@ -172,17 +161,17 @@ impl JointFit {
     /// # Errors
     ///
     /// Refuses a log of a drive that the fit has no constants of.
-    pub fn torque_errors(&self, log: &DriveLog) -> Result<Vec<f64>, ParameterError> {
-        self.residuals(log, Criterion::Inverse)
+    pub fn torque_errors(&self, log: &DriveLog) -> Checked<Vec<f64>> {
+        self.residuals(log, INVERSE)
     }
 
     /// Residuals row by row; zero at the first row of a simulation.
-    fn residuals(&self, log: &DriveLog, by: Criterion) -> Result<Vec<f64>, ParameterError> {
+    fn residuals(&self, log: &DriveLog, length: f64) -> Checked<Vec<f64>> {
         let smoothed = [smooth(log)];
         self.model.check(&smoothed)?;
-        let errors = Errors::new(&self.model, &smoothed, by).by_log(&self.fit.values())?;
+        let errors = Errors::new(&self.model, &smoothed, length).by_log(&self.fit.values())?;
         let mut errors = errors.into_iter().flatten();
-        let (mut rows, first) = (vec![0.0; log.time.len()], usize::from(by != Criterion::Inverse));
+        let (mut rows, first) = (vec![0.0; log.time.len()], usize::from(length != INVERSE));
         let pieces = log.pieces().into_iter().filter(|piece| piece.len() > 1);
         for row in pieces.flat_map(|piece| piece.skip(first)) {
             rows[row] = errors.next().unwrap_or(f64::NAN);
@@ -196,7 +185,7 @@ impl JointFit {
     /// # Errors
     ///
     /// None for the parameters that were found.
-    pub fn model(&self) -> Result<JointModel, ParameterError> {
+    pub fn model(&self) -> Checked<JointModel> {
         let names = self.model.joint.terms.iter().flat_map(Term::names).chain(&OF_JOINT);
         let found = names.filter_map(|&name| Some((name.to_owned(), self.value(name)?)));
         let gear = self.friction.gear(|name| self.value(name), self.model.fastest)?;
@@ -228,7 +217,7 @@ impl JointModel {
     /// # Errors
     ///
     /// Refuses a drag that was changed to be negative or not finite.
-    pub fn gear(&self) -> Result<Gear<f64>, ParameterError> {
+    pub fn gear(&self) -> Checked<Gear<f64>> {
         GearFriction::new(self.gear.clone())
     }
 
@@ -239,7 +228,7 @@ impl JointModel {
     /// # Errors
     ///
     /// Refuses a joint without exactly the terms of this model.
-    pub fn external(&self, joint: &Joint) -> Result<ExternalTorque, ParameterError> {
+    pub fn external(&self, joint: &Joint) -> Checked<ExternalTorque> {
         let value = |&name: &&'static str| {
             let found = self.parameters.get(name).copied();
             found.ok_or_else(|| ParameterError::chosen(name, "a model has the terms of its fit"))
@@ -261,9 +250,7 @@ pub struct ExternalTorque {
 
 impl JointInput<f64> for ExternalTorque {
     fn at(&self, JointMotion { angle, velocity, .. }: JointMotion<f64>) -> JointInputValue<f64> {
-        let sum = Term::sum(&self.terms, &self.values, 0.0, angle, velocity);
-        let [value, by_angle, by_velocity] = sum;
-        JointInputValue { by_angle, by_velocity, ..JointInputValue::constant(value) }
+        input(Term::sum(&self.terms, &self.values, 0.0, angle, velocity))
     }
 }
 

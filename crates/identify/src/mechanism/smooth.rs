@@ -23,7 +23,7 @@ use nalgebra::{Matrix4, Vector4};
 
 use super::log::{DriveLog, Source};
 use crate::initial_guess::noise;
-use crate::log::{median, pairs, span};
+use crate::log::{pairs, span};
 
 /// Motion and effort at a row.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -57,8 +57,7 @@ const WIDEST: f64 = 0.05;
 
 /// The half width of the window \[s\] that suits a log.
 fn window(log: &DriveLog) -> f64 {
-    let mut steps: Vec<f64> = pairs(&log.time).map(|(from, to)| to - from).collect();
-    let step = median(&mut steps);
+    let step = log.usual_step();
     let duration = span(&log.time);
     let rows = pairs(&log.position).zip(pairs(&log.time));
     let travel = rows.map(|((a, b), (s, t))| (b - a) * (b - a) / (t - s)).sum::<f64>();
@@ -85,6 +84,10 @@ pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
             // The drive acts later than its rows say.
             let effort = about((time - lag).max(times.first().copied().unwrap_or(0.0)));
             let effort = effort.at(&|i| log.effort(i, lag));
+            let (effort, supply) = match &log.source {
+                Source::Duty { supply, .. } => ([effort[0], 0.0, 0.0, 0.0], column(supply, row)),
+                _ => (effort, 0.0),
+            };
             let position = fitted.at(&|i| column(&log.position, i));
             let (velocity, acceleration) = match &log.velocity {
                 Some(velocity) => {
@@ -98,16 +101,10 @@ pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
                 position: position[0],
                 velocity,
                 acceleration,
-                effort: match log.source {
-                    Source::Duty { .. } => [effort[0], 0.0, 0.0, 0.0],
-                    _ => effort,
-                },
+                effort,
                 enabled: fitted.at(&enabled)[0],
                 external: fitted.at(&|i| column(&log.external, i))[0],
-                supply: match &log.source {
-                    Source::Duty { supply, .. } => column(supply, row),
-                    _ => 0.0,
-                },
+                supply,
             });
         }
     }

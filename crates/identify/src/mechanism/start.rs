@@ -15,9 +15,9 @@ use super::smooth::{Smoothed, SmoothedLog};
 use crate::least_squares::{Found, minimise};
 use crate::log::range;
 use crate::problem::Objective;
-use crate::{SearchProgress, SearchSettings};
+use crate::{Parameter, SearchProgress, SearchSettings};
 use bristle::Scalar;
-use bristle::parameter::{Named, ParameterError};
+use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
 
 /// Hanging angles from which is searched, around the circle.
@@ -30,17 +30,12 @@ const NOTHING: f64 = 0.01;
 const MOST_ROWS: usize = 2000;
 
 /// Values around which the parameters are searched.
-#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Guess {
     pub(super) inertia: f64,
     pub(super) drag: f64,
     pub(super) coulomb: f64,
-    pub(super) torque_constant: Option<f64>,
-    pub(super) resistance: Option<f64>,
-    /// Whether the exponent of the duty is searched.
-    pub(super) duty_exponent: bool,
-    /// Time from row to row \[s\], if a delay is searched.
-    pub(super) delay: Option<f64>,
+    /// The parameters of the drives, those that they have.
+    pub(super) drive: Vec<Parameter>,
     /// Largest gravity that logs know.
     pub(super) known_gravity: f64,
     /// Those of the terms in their order, and how large they usually are.
@@ -54,23 +49,30 @@ pub(super) struct Guess {
     pub(super) fastest: f64,
 }
 
-/// A constant of the motor, if the drive needs it.
-fn given(joint: &Joint, needed: bool, name: &'static str) -> Result<Option<f64>, ParameterError> {
-    match (needed, joint.given(name)) {
-        (false, _) => Ok(None),
-        (true, Some((value, _))) => Named(name, value).positive().map(Some),
-        (true, None) => {
-            Err(ParameterError::chosen(name, "this drive takes a known or starting value of"))
-        }
-    }
+/// A constant of the motor.
+fn given(joint: &Joint, name: &'static str, unit: &'static str) -> Checked<Parameter> {
+    let takes = "this drive takes a known or starting value of";
+    let value = joint.given(name).ok_or(ParameterError::chosen(name, takes))?;
+    Ok(Parameter::positive(name, unit, Named(name, value).positive()?, 30.0))
 }
 
 /// Values that suit the logs.
-pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, ParameterError> {
+pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Checked<Guess> {
     let any = |of: fn(&Source) -> bool| logs.iter().any(|smoothed| of(&smoothed.log.source));
-    let torque_constant = given(joint, any(|source| *source != Source::Torque), "torque_constant")?;
-    let resistance = given(joint, any(Source::is_electric), "resistance")?;
-    let (k, r) = (torque_constant.unwrap_or(1.0), resistance.unwrap_or(1.0));
+    let largest = |of: fn(&DriveLog) -> f64| logs.iter().map(|one| of(one.log)).fold(0.0, f64::max);
+    let (is_other, is_electric) = (any(|it| *it != Source::Torque), any(Source::is_electric));
+    let constant = is_other.then(|| given(joint, "torque_constant", "N/A")).transpose()?;
+    let resistance = is_electric.then(|| given(joint, "resistance", "Ω")).transpose()?;
+    let [k, r] = [constant, resistance].map(|it| it.map_or(1.0, |it| it.start));
+    let mut drive: Vec<Parameter> = [constant, resistance].into_iter().flatten().collect();
+    let is_duty = any(|source| matches!(source, Source::Duty { .. }));
+    if is_duty && joint.given("duty_exponent").is_some() {
+        drive.push(Parameter::scaled("duty_exponent", "", 1.0, 0.2..=3.0, 0.3));
+    }
+    if joint.given("delay").is_some() {
+        let row = largest(DriveLog::usual_step);
+        drive.push(Parameter::scaled("delay", "s", 0.0, 0.0..=20.0 * row, row));
+    }
 
     // How large motion and torques are.
     let rows = || logs.iter().flat_map(|one| &one.rows);
@@ -79,13 +81,12 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
     let fastest = rows().fold(0.0, |most, row| f64::max(most, row.velocity.abs()));
     let torque = rows().fold(0.0, |most, row| f64::max(most, (row.effort[0] * k / r).abs()));
     let swing = rows().map(|row| row.acceleration * row.acceleration).sum::<f64>() / count;
-    let largest = |of: fn(&DriveLog) -> f64| logs.iter().map(|one| of(one.log)).fold(0.0, f64::max);
     let span = largest(|log| {
         let (least, most) = range(&log.position);
         most - least
     });
     let known_gravity = largest(|log| log.load.gravity_torque.abs());
-    let size = torque.max(known_gravity).max(joint.given("gravity_torque").map_or(0.0, |g| g.0));
+    let size = torque.max(known_gravity).max(joint.given("gravity_torque").unwrap_or(0.0));
     Named("the largest torque of the drives", size).positive()?;
 
     let largest_of = |term: &Term| {
@@ -102,11 +103,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
         inertia: size / swing.sqrt().max(f64::MIN_POSITIVE),
         drag: 0.0,
         coulomb: part,
-        torque_constant,
-        resistance,
-        duty_exponent: joint.given("duty_exponent").is_some()
-            && any(|source| matches!(source, Source::Duty { .. })),
-        delay: joint.given("delay").map(|_| largest(DriveLog::usual_step)),
+        drive,
         known_gravity,
         terms: terms.collect(),
         torque: size,
@@ -118,11 +115,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Result<Guess, Pa
 }
 
 /// The least squares of the equation of motion, from sizes.
-fn refine(
-    joint: &Joint,
-    logs: &[SmoothedLog<'_>],
-    mut guess: Guess,
-) -> Result<Guess, ParameterError> {
+fn refine(joint: &Joint, logs: &[SmoothedLog<'_>], mut guess: Guess) -> Checked<Guess> {
     let friction = Friction::coulomb();
     let table = joint.table(&friction, &guess, logs.len())?;
     let fastest = guess.fastest;
@@ -177,11 +170,7 @@ struct Moving<'a> {
 }
 
 impl Objective for Moving<'_> {
-    fn evaluate<T: Scalar>(
-        &self,
-        values: &[T],
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError> {
+    fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()> {
         for (number, smoothed) in self.logs.iter().enumerate() {
             let plant = Plant::new(self.model, smoothed, number, values)?;
             let coulomb = self.model.table.value(values, number, "coulomb_torque");

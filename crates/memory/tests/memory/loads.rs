@@ -5,16 +5,19 @@ use std::f64::consts::TAU;
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::{Bristle, Contact, Surface};
-use bristle_memory::{FollowingLoadParameters, LoadedStiffness, MaxwellSlip};
+use bristle_memory::{LoadedStiffness, MaxwellSlip, MaxwellSlipParameters};
 use bristle_specimens::draw::Draw;
 
 use super::{slip, stribeck, zeros};
 
+/// The parameters of a stiffness that follows the load.
+type Following<const N: usize> = MaxwellSlipParameters<Stribeck<f64>, f64, N, LoadedStiffness<f64>>;
+
 /// Stiffness K ∝ p^exponent in N bands up to twice the reference load.
-fn following<const N: usize>(exponent: f64) -> FollowingLoadParameters<Stribeck<f64>, f64, N> {
-    FollowingLoadParameters {
+fn following<const N: usize>(exponent: f64) -> Following<N> {
+    MaxwellSlipParameters {
         curve: stribeck(),
-        stiffness: core::array::from_fn(|i| {
+        elements: core::array::from_fn(|i| {
             let load = (i + 1) as f64 * 2.0 / N as f64;
             LoadedStiffness { load, stiffness: 5e3 * load.powf(exponent) }
         }),
@@ -87,9 +90,8 @@ where
 fn a_held_part_stands_while_the_stiffness_follows_the_grip() {
     let curve = CoulombParameters { dynamic_coefficient: 0.8, viscous_friction: 0.0 };
     let curve = Coulomb::new(curve).unwrap();
-    let FollowingLoadParameters { stiffness, micro_damping, stick_ratio, .. } =
-        following::<24>(1.0 / 3.0);
-    let parameters = FollowingLoadParameters { curve, stiffness, micro_damping, stick_ratio };
+    let Following { elements, micro_damping, stick_ratio, .. } = following::<24>(1.0 / 3.0);
+    let parameters = MaxwellSlipParameters { curve, elements, micro_damping, stick_ratio };
     let hertz = MaxwellSlip::following_load(parameters).unwrap().under_load(16.0).unwrap();
     let shared = slip::<_, 10>(curve, 10.0, 0.9).under_load(16.0).unwrap();
     // Displacements of 1e-4 m are rounded to 1e-20 m.
@@ -143,14 +145,14 @@ fn each_element_slips_back_to_what_its_own_load_holds() {
 #[test]
 fn an_unusable_stiffness_is_refused_by_name() {
     for (i, point, name) in [
-        (0, (0.0, 1.0), "stiffness.load"),
-        (1, (f64::NAN, 1e3), "stiffness.load"),
-        (2, (0.5, 1e4), "stiffness.load"),
-        (2, (2.0, 1e3), "stiffness.stiffness"),
-        (0, (0.1, -1.0), "stiffness.stiffness"),
+        (0, (0.0, 1.0), "elements.load"),
+        (1, (f64::NAN, 1e3), "elements.load"),
+        (2, (0.5, 1e4), "elements.load"),
+        (2, (2.0, 1e3), "elements.stiffness"),
+        (0, (0.1, -1.0), "elements.stiffness"),
     ] {
         let mut parameters = following::<3>(0.5);
-        parameters.stiffness[i] = LoadedStiffness { load: point.0, stiffness: point.1 };
+        parameters.elements[i] = LoadedStiffness { load: point.0, stiffness: point.1 };
         let error = MaxwellSlip::following_load(parameters).unwrap_err();
         assert_eq!((error.name, error.component), (name, Some(i)));
     }

@@ -214,7 +214,7 @@ fn what_is_said_of_a_loop_does_not_depend_on_the_duration() {
 #[cfg_attr(debug_assertions, ignore = "a branch takes a minute without optimisation")]
 fn sampled_and_filtered_loops_come_close_to_the_continuous_one() {
     let continuous = hunting(&hunting_loop(), &[0.02], 120.0).unwrap();
-    let (exact, across) = continuous.cycle.clone().unwrap();
+    let (exact, across) = continuous.cycle.clone().unwrap().unwrap();
     assert!((across[0].value() - 0.848580).norm() < 1e-6);
     let mut sampled = hunting_loop();
     sampled.controller.sample_time = 1e-3;
@@ -224,7 +224,7 @@ fn sampled_and_filtered_loops_come_close_to_the_continuous_one() {
         let report = hunting(&parameters, &[0.02], 120.0).unwrap();
         let Outcome::Hunts(cycle) = report.outcomes[0].1 else { unreachable!("{report}") };
         assert!((cycle.amplitude / exact.amplitude - 1.0).abs() < share, "{cycle} {exact}");
-        let (_, near) = report.cycle.clone().unwrap();
+        let (_, near) = report.cycle.clone().unwrap().unwrap();
         assert!((near[0].value() - across[0].value()).norm() < share, "{report}");
         assert_eq!(report.is_quasi_periodic, parameters.controller.sample_time > 0.0);
     }

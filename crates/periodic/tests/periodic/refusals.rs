@@ -110,7 +110,7 @@ fn growth_has_its_rate_however_fast_it_is() {
 #[test]
 fn a_report_says_why_it_has_no_cycle() {
     let report = hunting(&stiff_loop(), &[1e-3], 1e-12).unwrap();
-    assert!(report.hunts() && report.no_cycle == Some(PeriodicError::DoesNotRepeat), "{report}");
+    assert!(report.hunts() && report.cycle == Some(Err(PeriodicError::DoesNotRepeat)), "{report}");
     assert!(report.to_string().contains("its cycle      not found: the motion does not repeat"));
 }
 

@@ -3,8 +3,7 @@
 use bristle::ode::{Automatic, Output, Solver, System, Tolerances};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle_periodic::{
-    ControlLoop, ControlLoopParameters, Guess, PeriodicError, Pid, Shooting, hunting,
-    sampled_hunting_orbit,
+    ControlLoop, ControlLoopParameters, Guess, PeriodicError, Pid, Shooting, hunting, hunting_orbit,
 };
 use nalgebra::{Complex, DMatrix, SVector, Vector3};
 
@@ -68,7 +67,7 @@ fn multipliers_of_sampled_loops_are_those_of_differences() {
     {
         let parameters = sampled(gains);
         let system = ControlLoop::sampled(parameters).unwrap();
-        let orbit = sampled_hunting_orbit(&system, 0.02, 60.0).unwrap();
+        let orbit = hunting_orbit(&system, 0.02, 60.0).unwrap();
         let (periods, scales) =
             (orbit.period / 0.01, system.scales().fixed_rows::<5>(0).into_owned());
         let (start, count) = (orbit.start.fixed_rows::<5>(0).into_owned(), periods.round());
@@ -109,9 +108,9 @@ fn rest_and_large_motions_of_a_sampled_loop_have_multipliers() {
 #[test]
 fn sampled_loops_that_do_not_repeat_have_an_answer_with_a_name() {
     let system = ControlLoop::sampled(sampled([0.0, 20.0, 0.0, 0.01])).unwrap();
-    let rests = sampled_hunting_orbit(&system, 0.02, 10.0);
+    let rests = hunting_orbit(&system, 0.02, 10.0);
     assert_eq!(rests, Err(PeriodicError::DoesNotRepeat));
-    let (_, jump) = system.samples();
+    let (_, jump) = system.samples().unwrap();
     let at = |sample_time: f64, jump, period: f64| {
         let guess = Guess { state: system.displaced(1e-3), period };
         Shooting::default().sampled(&system, (sample_time, jump), guess)
