@@ -44,7 +44,7 @@ pub struct Shooting {
     /// Steps of all runs of a search, or of a branch, at most; where derivatives are taken, half
     /// time constants of the quickest motion count, too.
     pub most_steps: u64,
-    /// Segments of a period, a thousand at most, each with a start that is looked for (multiple
+    /// Segments of a period, a hundred at most, each with a start that is looked for (multiple
     /// shooting). One is enough unless the motion forgets its start and then magnifies what is
     /// left of it.
     pub segments: usize,
@@ -249,8 +249,8 @@ impl Shooting {
     }
 }
 
-/// The equations of more segments would fill a memory, as the square of their number.
-const MOST_SEGMENTS: usize = 1000;
+/// The equations of more segments would take minutes, as the cube of their number.
+const MOST_SEGMENTS: usize = 100;
 
 /// A cycle of a whole number of samples is that of nearly the same period if it is this near, over
 /// the scales; it is looked for in so many iterations.

@@ -255,7 +255,7 @@ fn bad_input_has_an_answer_with_a_name() {
         assert!(none.is_err(), "{none:?}");
     }
     let guess = stick_slip(&system, 0.1);
-    for segments in [0, 1001, usize::MAX] {
+    for segments in [0, 101, usize::MAX] {
         assert!(refused(&Shooting { segments, ..shooting }.free(&fast, guess).map(drop)));
     }
     let ahead = |_: f64, state: &Vector3<f64>| state[1] - 1.5;
