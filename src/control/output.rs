@@ -1,6 +1,7 @@
 //! What all compensators share: their output.
 
 use crate::parameter::{Checked, Named};
+use crate::rheology::Deflection;
 use crate::{Bristle, Contact, Scalar};
 
 /// How a compensator turns its estimate F̂ \[N\] of the friction into the force that it gives out:
@@ -72,12 +73,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Output<T, M> {
 
     /// This output going on after another: with its last answer, within the largest force.
     pub(super) fn after(self, before: &Self) -> Self {
-        let mut last = before.last;
-        let largest = self.largest_force;
-        if last.force.abs() > largest {
-            last.force = if last.force > T::zero() { largest } else { -largest };
-            last.saturated = true;
-        }
+        let Compensation { force, saturated, .. } = before.last;
+        let saturated = saturated || force.abs() > self.largest_force;
+        let force = force.within(self.largest_force);
+        let last = Compensation { force, saturated, ..before.last };
         Self { last, velocity: before.velocity, ..self }
     }
 
@@ -93,13 +92,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Output<T, M> {
             return self.refuse();
         }
         let wanted = self.share * friction;
-        let (force, saturated) = if wanted > self.largest_force {
-            (self.largest_force, true)
-        } else if wanted < -self.largest_force {
-            (-self.largest_force, true)
-        } else {
-            (wanted, false)
-        };
+        let saturated = wanted.abs() > self.largest_force;
+        let force = wanted.within(self.largest_force);
         self.velocity = velocity;
         self.last = Compensation { force, deflection, saturated, refused: 0 };
         self.last

@@ -49,11 +49,7 @@ pub struct RationalStribeckParameters<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RationalStribeck<T>(
-    pub(crate) Valley<T>,
-    /// μ_s and v_S as they were given, to the last bit.
-    [T; 2],
-);
+pub struct RationalStribeck<T>(Valley<T>);
 
 impl<T: Scalar> RationalStribeck<T> {
     /// Checks the parameters.
@@ -63,21 +59,12 @@ impl<T: Scalar> RationalStribeck<T> {
     /// Names the parameter that is out of its range, or a static coefficient below the dynamic
     /// one.
     pub fn new(parameters: RationalStribeckParameters<T>) -> Checked<Self> {
-        let given = [parameters.static_coefficient, parameters.stribeck_velocity];
-        let [static_, velocity] = given;
-        let (dynamic, viscous) = (parameters.dynamic_coefficient, parameters.viscous_friction);
-        Ok(Self(Valley::new([static_, dynamic, velocity, viscous])?, given))
+        Valley::new(parameters).map(Self)
     }
 
     /// The parameters, as they were given.
     pub fn parameters(&self) -> RationalStribeckParameters<T> {
-        let [static_coefficient, stribeck_velocity] = self.1;
-        RationalStribeckParameters {
-            static_coefficient,
-            dynamic_coefficient: self.0.dynamic,
-            stribeck_velocity,
-            viscous_friction: self.0.viscous,
-        }
+        self.0.given
     }
 }
 
@@ -89,8 +76,10 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
         let stribeck = self.0.drop / rise;
         let fall = stribeck / rise * (u + u) * self.0.inverse_velocity;
         (
-            self.0.dynamic + stribeck + self.0.viscous * sliding.speed(),
-            (self.0.viscous - fall) * sliding.direction(),
+            self.0.given.dynamic_coefficient
+                + stribeck
+                + self.0.given.viscous_friction * sliding.speed(),
+            (self.0.given.viscous_friction - fall) * sliding.direction(),
         )
     }
 
@@ -105,11 +94,11 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
     }
 
     fn viscous_friction(&self) -> T {
-        self.0.viscous
+        self.0.given.viscous_friction
     }
 
     fn with_less_viscous_friction(&self, part: T) -> Self {
-        Self(Valley { viscous: self.0.viscous - part, ..self.0 }, self.1)
+        Self(self.0.with_less_viscous_friction(part))
     }
 
     fn is_even(&self) -> bool {
@@ -119,6 +108,6 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
     fn least_slope(&self) -> Option<T> {
         // 2u/(1+u²)² = (3/8)√3 at u² = 1/3.
         let steepest = lit::<T>(0.375) * lit::<T>(3.0).sqrt();
-        Some(self.0.viscous - self.0.drop * self.0.inverse_velocity * steepest)
+        Some(self.0.given.viscous_friction - self.0.drop * self.0.inverse_velocity * steepest)
     }
 }

@@ -1,5 +1,6 @@
 //! The Stribeck curve.
 
+use super::RationalStribeckParameters;
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
 use crate::parameter::{Checked, Named};
@@ -63,8 +64,6 @@ pub struct Stribeck<T> {
     pub(crate) exponent: T,
     /// Power w beyond which (μ_s − μ_d) exp(−w) is less than a rounding of μ_d.
     negligible: T,
-    /// μ_s and v_S as they were given, to the last bit.
-    given: [T; 2],
 }
 
 impl<T: Scalar> Stribeck<T> {
@@ -75,33 +74,32 @@ impl<T: Scalar> Stribeck<T> {
     /// Names the parameter that is out of its range, or a static coefficient below the dynamic
     /// one.
     pub fn new(parameters: StribeckParameters<T>) -> Checked<Self> {
-        let valley = Valley::new([
-            parameters.static_coefficient,
-            parameters.dynamic_coefficient,
-            parameters.stribeck_velocity,
-            parameters.viscous_friction,
-        ])?;
+        let valley = Valley::new(RationalStribeckParameters {
+            static_coefficient: parameters.static_coefficient,
+            dynamic_coefficient: parameters.dynamic_coefficient,
+            stribeck_velocity: parameters.stribeck_velocity,
+            viscous_friction: parameters.viscous_friction,
+        })?;
         let exponent =
             Named("stribeck_exponent", parameters.stribeck_exponent).between(0.1, 100.0)?;
         Ok(Self {
             valley,
             exponent,
             // Without a drop this is −∞, and the exponential is never needed.
-            negligible: (lit::<T>(4.0) * valley.drop / (T::default_epsilon() * valley.dynamic))
+            negligible: (lit::<T>(4.0) * valley.drop
+                / (T::default_epsilon() * valley.given.dynamic_coefficient))
                 .ln(),
-            given: [parameters.static_coefficient, parameters.stribeck_velocity],
         })
     }
 
     /// The parameters, as they were given.
     pub fn parameters(&self) -> StribeckParameters<T> {
-        let [static_coefficient, stribeck_velocity] = self.given;
         StribeckParameters {
-            static_coefficient,
-            dynamic_coefficient: self.valley.dynamic,
-            stribeck_velocity,
+            static_coefficient: self.valley.given.static_coefficient,
+            dynamic_coefficient: self.valley.given.dynamic_coefficient,
+            stribeck_velocity: self.valley.given.stribeck_velocity,
             stribeck_exponent: self.exponent,
-            viscous_friction: self.valley.viscous,
+            viscous_friction: self.valley.given.viscous_friction,
         }
     }
 
@@ -166,8 +164,8 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     fn coefficient(&self, sliding: Sliding<T>) -> T {
         let (w, _) = self.power(sliding.speed() * self.valley.inverse_velocity);
         // The exponential, which takes longest, last.
-        self.valley.dynamic
-            + self.valley.viscous * sliding.speed()
+        self.valley.given.dynamic_coefficient
+            + self.valley.given.viscous_friction * sliding.speed()
             + self.valley.drop * self.decay(w)
     }
 
@@ -177,9 +175,11 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         let stribeck = self.valley.drop * self.decay(w);
         // The power's slope may overflow where the exponential has vanished.
         let fall = if stribeck == T::zero() { stribeck } else { stribeck * w_slope };
-        let slope = self.valley.viscous - fall * self.valley.inverse_velocity;
+        let slope = self.valley.given.viscous_friction - fall * self.valley.inverse_velocity;
         (
-            self.valley.dynamic + self.valley.viscous * sliding.speed() + stribeck,
+            self.valley.given.dynamic_coefficient
+                + self.valley.given.viscous_friction * sliding.speed()
+                + stribeck,
             slope * sliding.direction(),
         )
     }
@@ -202,11 +202,11 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     }
 
     fn viscous_friction(&self) -> T {
-        self.valley.viscous
+        self.valley.given.viscous_friction
     }
 
     fn with_less_viscous_friction(&self, part: T) -> Self {
-        Self { valley: Valley { viscous: self.viscous_friction() - part, ..self.valley }, ..*self }
+        Self { valley: self.valley.with_less_viscous_friction(part), ..*self }
     }
 
     fn is_even(&self) -> bool {
@@ -215,7 +215,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
 
     fn least_slope(&self) -> Option<T> {
         if is_zero(self.valley.drop) {
-            return Some(self.valley.viscous);
+            return Some(self.valley.given.viscous_friction);
         }
         if self.exponent < T::one() {
             // δ u^(δ−1) exp(−u^δ) grows without limit towards rest.
@@ -223,6 +223,9 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         }
         let (w, slope) = self.power(self.steepest());
         let steepness = slope * (-w).exp();
-        Some(self.valley.viscous - self.valley.drop * self.valley.inverse_velocity * steepness)
+        Some(
+            self.valley.given.viscous_friction
+                - self.valley.drop * self.valley.inverse_velocity * steepness,
+        )
     }
 }

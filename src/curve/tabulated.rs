@@ -67,13 +67,6 @@ pub struct Cubic<T> {
     coefficients: [T; 4],
 }
 
-/// Zero everywhere, for memory that is yet to be filled.
-impl<T: Scalar> Default for Cubic<T> {
-    fn default() -> Self {
-        Self { start: T::zero(), coefficients: [T::zero(); 4] }
-    }
-}
-
 impl<T: Scalar> Cubic<T> {
     #[inline]
     fn value(&self, speed: T) -> T {
@@ -99,9 +92,7 @@ impl<T: Scalar, const N: usize> Tabulated<[Cubic<T>; N]> {
     /// knot that is not at rest, or a table of fewer than two knots.
     pub fn new(knots: [Knot<T>; N]) -> Checked<Self> {
         check(&knots)?;
-        let mut cubics = [Cubic::default(); N];
-        fill(&mut cubics, &knots);
-        Ok(Self { cubics })
+        Ok(Self { cubics: core::array::from_fn(|i| cubic_from(&knots, knots[i], i)) })
     }
 }
 
@@ -128,9 +119,8 @@ impl<T: Scalar> Tabulated<alloc::vec::Vec<Cubic<T>>> {
     /// Those of [`Tabulated::new`].
     pub fn from_slice(knots: &[Knot<T>]) -> Checked<Self> {
         check(knots)?;
-        let mut cubics = alloc::vec![Cubic::default(); knots.len()];
-        fill(&mut cubics, knots);
-        Ok(Self { cubics })
+        let cubics = knots.iter().enumerate().map(|(i, &knot)| cubic_from(knots, knot, i));
+        Ok(Self { cubics: cubics.collect() })
     }
 }
 
@@ -175,12 +165,6 @@ fn check<T: Scalar>(knots: &[Knot<T>]) -> Checked<()> {
         ParameterError::of_component(index + 1, Named("spacing", spacing).positive())?;
     }
     Ok(())
-}
-
-fn fill<T: Scalar>(cubics: &mut [Cubic<T>], knots: &[Knot<T>]) {
-    for (i, (cubic, &knot)) in cubics.iter_mut().zip(knots).enumerate() {
-        *cubic = cubic_from(knots, knot, i);
-    }
 }
 
 /// The secant of interval i (from knot i to knot i + 1) and its width; `None` from the last knot

@@ -5,6 +5,7 @@
 //! only falls), there are at most two such points: a maximum just above rest, where viscosity
 //! outruns a decay that starts flat, and then the minimum of the Stribeck valley.
 
+use super::RationalStribeckParameters;
 use crate::parameter::{Checked, Named};
 use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Scalar};
@@ -12,26 +13,29 @@ use crate::{Bounds, Scalar};
 /// The parameters of a curve that falls from static to dynamic friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Valley<T> {
-    /// μ_d
-    pub(crate) dynamic: T,
+    pub(super) given: RationalStribeckParameters<T>,
     /// μ_s − μ_d
     pub(crate) drop: T,
     /// 1/v_S
     pub(crate) inverse_velocity: T,
-    /// σ2
-    pub(crate) viscous: T,
 }
 
 impl<T: Scalar> Valley<T> {
     /// Checks μ_s, μ_d, v_S and σ2.
-    pub(super) fn new([static_, dynamic, velocity, viscous]: [T; 4]) -> Checked<Self> {
+    pub(super) fn new(given: RationalStribeckParameters<T>) -> Checked<Self> {
+        let (static_, dynamic) = (given.static_coefficient, given.dynamic_coefficient);
+        let (velocity, viscous) = (given.stribeck_velocity, given.viscous_friction);
         Named("dynamic_coefficient", dynamic).positive()?;
         Named("static_coefficient", static_).positive()?;
         Named("static_coefficient", static_).at_least("dynamic_coefficient", dynamic)?;
         Named("stribeck_velocity", velocity).positive()?;
         Named("viscous_friction", viscous).non_negative()?;
-        let inverse_velocity = T::one() / velocity;
-        Ok(Self { dynamic, drop: static_ - dynamic, inverse_velocity, viscous })
+        Ok(Self { given, drop: static_ - dynamic, inverse_velocity: T::one() / velocity })
+    }
+
+    pub(super) fn with_less_viscous_friction(&self, part: T) -> Self {
+        let viscous_friction = self.given.viscous_friction - part;
+        Self { given: RationalStribeckParameters { viscous_friction, ..self.given }, ..*self }
     }
 
     /// Range of the curve for speeds up to `fastest` [m/s], given D(u) and −D'(u) and where the
@@ -45,13 +49,16 @@ impl<T: Scalar> Valley<T> {
         let fastest = fastest * self.inverse_velocity;
         let velocity = T::one() / self.inverse_velocity;
         let value = |u: T| {
-            let viscous =
-                if is_zero(self.viscous) { T::zero() } else { self.viscous * u * velocity };
-            self.dynamic + self.drop * decay_and_steepness(u).0 + viscous
+            let viscous = if is_zero(self.given.viscous_friction) {
+                T::zero()
+            } else {
+                self.given.viscous_friction * u * velocity
+            };
+            self.given.dynamic_coefficient + self.drop * decay_and_steepness(u).0 + viscous
         };
         let steepness = |u: T| decay_and_steepness(u).1;
         // The steepness at which viscosity balances the fall.
-        let balance = self.viscous * velocity / self.drop;
+        let balance = self.given.viscous_friction * velocity / self.drop;
         let (start, end) = (value(T::zero()), value(fastest));
         let mut bounds = Bounds::constant(start).union(Bounds::constant(end));
         if balance > T::zero() && balance < steepness(steepest) {

@@ -6,8 +6,9 @@
 )]
 
 use super::nodes::Nodes;
+use crate::rheology::{HeldWeights, Weights};
 use crate::scalar::{is_zero, lit};
-use crate::{Affine, Branch, Bristle, Contact, Scalar};
+use crate::{Branch, Bristle, Contact, Scalar};
 
 /// The affine bristle at one velocity, per unit normal force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -316,14 +317,8 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
             integral += falls[i] * self.samples[i].relaxation * duration * lit(table.weights[i]);
         }
         // 1 − e^−Λ − Λ = −Λ² φ2(Λ), by way of the exact step of a bristle with λ = 1.
-        let unit = Affine {
-            relaxation: T::one(),
-            drive: T::one(),
-            stiffness: T::one(),
-            damping: T::zero(),
-        };
-        let wanted =
-            -unit.hold(T::one(), T::zero(), self.relaxation).mean_coefficient * self.relaxation;
+        let weights = Weights::new(T::one(), self.relaxation);
+        let wanted = -weights.mean(T::zero(), T::one()) * self.relaxation;
         // Both vanish as Λ²/2.
         let slight = self.relaxation < T::default_epsilon();
         let scale = if slight { T::one() } else { wanted / integral };

@@ -96,15 +96,11 @@ impl<T: Scalar, V: States<T>> OneStep<T, V> for AnyMethod {
     fn stepper(&self, tolerance: f64, state: &V) -> Self::Stepper {
         match self {
             Self::Automatic => AnyStepper::Automatic(Automatic.stepper(tolerance, state)),
-            Self::DormandPrince => {
-                AnyStepper::DormandPrince(DormandPrince.stepper(tolerance, state))
-            }
-            Self::DormandPrince8 => {
-                AnyStepper::DormandPrince8(DormandPrince8.stepper(tolerance, state))
-            }
-            Self::Rodas4 => AnyStepper::Rodas4(Rodas4.stepper(tolerance, state)),
-            Self::Rodas5P => AnyStepper::Rodas5P(Rodas5P.stepper(tolerance, state)),
-            Self::RungeKutta4 => AnyStepper::RungeKutta4(RungeKutta4.stepper(tolerance, state)),
+            Self::DormandPrince => AnyStepper::DormandPrince(Explicit::new(state)),
+            Self::DormandPrince8 => AnyStepper::DormandPrince8(Explicit::new(state)),
+            Self::Rodas4 => AnyStepper::Rodas4(Rosenbrock::new(state)),
+            Self::Rodas5P => AnyStepper::Rodas5P(Rosenbrock::new(state)),
+            Self::RungeKutta4 => AnyStepper::RungeKutta4(Explicit::new(state)),
         }
     }
 

@@ -23,7 +23,7 @@ const LAST: f64 = 6912.0 / 823_543.0;
 /// The dense output of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DenseOutput<T, V> {
-    start: V,
+    pub(super) start: V,
     terms: [V; MOST_TERMS],
     /// Number of terms in use.
     count: u8,
@@ -50,11 +50,6 @@ impl<T: Scalar, V: States<T>> DenseOutput<T, V> {
             *place = further;
             self.count += 1;
         }
-    }
-
-    /// The state at the start of the step.
-    pub(super) fn start(&self) -> &V {
-        &self.start
     }
 
     /// Whether every coefficient is finite.

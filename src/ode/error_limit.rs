@@ -101,7 +101,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     /// quarter of the steps later.
     pub(super) fn check_growth(&mut self) -> Result<(), StopReason> {
         let Some(limit) = self.most_growth else { return Ok(()) };
-        let times = self.growth.greatest() / limit;
+        let times = self.growth.greatest / limit;
         if times <= 1.0 {
             return Ok(());
         }

@@ -288,9 +288,7 @@ impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T,
         }
         (fine, false)
     }
-}
 
-impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T, V, S> {
     /// The method at the start of a run.
     pub(super) fn new(state: &V) -> Self {
         const { assert!(B::WEIGHTS.len() == S && B::TIMES.len() == S && B::STAGES < S) };

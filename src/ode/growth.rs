@@ -60,7 +60,7 @@ pub(super) struct Growth<T, V> {
     /// largest values met, since a slip that comes a little late has every velocity for a moment.
     allowed: V,
     /// The largest error so far, over these.
-    greatest: f64,
+    pub(super) greatest: f64,
     scalar: PhantomData<T>,
 }
 
@@ -68,11 +68,6 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
     pub(super) fn new(state: &V) -> Self {
         let zero = || V::filled(state.count(), T::zero());
         Self { error: zero(), allowed: zero(), greatest: 0.0, scalar: PhantomData }
-    }
-
-    /// The largest error so far of any state over its tolerance of a step; infinite if unknown.
-    pub(super) fn greatest(&self) -> f64 {
-        self.greatest
     }
 
     /// The error of the solution over a step, given what writes hJ x for any x, with hJ where it is
@@ -371,7 +366,7 @@ mod tests {
         let nothing = trial(Vector1::zeros(), None);
         step(&mut growth, (&seven, &[]), (&nothing, 0.0, &Vector1::new(1e-3)), &allowed);
         // In two parts of a step it was 9.4 for 1 097.
-        let factor = growth.greatest() / 7f64.exp();
+        let factor = growth.greatest / 7f64.exp();
         assert!(factor > 0.8 && factor < 1.25, "{factor}");
     }
 
@@ -429,7 +424,7 @@ mod tests {
         let a = 2f64.ln() / 8.0;
         let factor = ((1.0 + a / 3.0) / (1.0 - 2.0 * a / 3.0 + a * a / 6.0)).powi(8);
         let wanted = 0.5 * (factor.powi(10) - 1.0) / (factor - 1.0);
-        assert!((growth.greatest() / wanted - 1.0).abs() < 1e-12, "{}", growth.greatest());
+        assert!((growth.greatest / wanted - 1.0).abs() < 1e-12, "{}", growth.greatest);
         // What it leaves below one is.
         let before = growth.error[0];
         let nothing = [-(1.0 - 1e-7) / 2f64.ln()];
@@ -442,7 +437,7 @@ mod tests {
         assert!((growth.error[0] / before / 1e-7 - 1.0).abs() < 1e-6, "{}", growth.error);
         let unknown = SMatrix::<f64, 1, 1>::new(f64::NAN);
         step(&mut growth, (&unknown, &[]), (&trial(Vector1::zeros(), None), 0.0, &no), &allowed);
-        assert_eq!(growth.greatest(), f64::INFINITY);
+        assert_eq!(growth.greatest, f64::INFINITY);
     }
 
     #[test]

@@ -465,7 +465,7 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
         if let Some(lock) = self.locks.entries_mut().get_mut(index) {
             lock.turn(fraction);
             if self.progress.is_adaptive() {
-                self.progress.limit_length(lock.likely(self.progress.length()));
+                self.progress.limit_length(lock.likely(self.progress.length));
             }
             if lock.branch == Branch::Free {
                 let (since, times) = self.undecided;

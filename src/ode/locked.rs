@@ -21,14 +21,6 @@ pub(super) struct Locked<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?S
     pub(super) statistics: &'a mut Statistics,
 }
 
-impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K> Locked<'_, T, V, S, K> {
-    #[inline(always)]
-    fn within(&self, time: T) -> T {
-        let (earliest, latest) = self.interval;
-        time.larger(earliest).smaller(latest)
-    }
-}
-
 impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K> Field<T, V>
     for Locked<'_, T, V, S, K>
 {
@@ -59,6 +51,12 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K> Field<T, V>
 }
 
 impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K> Locked<'_, T, V, S, K> {
+    #[inline(always)]
+    fn within(&self, time: T) -> T {
+        let (earliest, latest) = self.interval;
+        time.larger(earliest).smaller(latest)
+    }
+
     /// The derivatives by one-sided differences of √ε ≈ 10⁻⁸ of each state's magnitude: half of the
     /// digits are lost.
     #[cold]

@@ -5,7 +5,7 @@ use super::controller::Controller;
 use super::failure::StopReason;
 use super::statistics::Statistics;
 use crate::Scalar;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named};
 use crate::scalar::{lit, to_f64};
 
 /// A time \[s\] below any that matters, for the rounding of times near zero.
@@ -32,15 +32,12 @@ impl<T: Scalar> StepControl<T> {
     }
 
     /// With a further limit of adaptive steps \[s\].
-    pub(crate) fn limited(mut self, limit: Option<T>) -> Self {
-        if let Some(limit) = limit.filter(|limit| *limit > T::zero()) {
-            let before = self.largest_step.unwrap_or(limit);
-            self.largest_step = Some(before.smaller(limit));
-        }
-        self
+    pub(crate) fn limited(self, limit: Option<T>) -> Self {
+        let limits = self.largest_step.into_iter().chain(limit.filter(|&limit| limit > T::zero()));
+        Self { largest_step: limits.reduce(T::smaller), ..self }
     }
 
-    pub(crate) fn fixed(step: T) -> Result<Self, ParameterError> {
+    pub(crate) fn fixed(step: T) -> Checked<Self> {
         Ok(Self { fixed_step: Some(Named("step", step).positive()?), ..Self::adaptive() })
     }
 }
@@ -76,7 +73,7 @@ pub(crate) struct Progress<T> {
     /// The time reached \[s\].
     pub(crate) time: T,
     /// Length of the next trial \[s\], positive.
-    length: T,
+    pub(crate) length: T,
     controller: Controller,
     /// Steps of a fixed grid completed.
     grid: u64,
@@ -104,7 +101,7 @@ impl<T: Scalar> Progress<T> {
 
     /// Checks that the span ends no earlier than it starts and is long enough, and that the steps
     /// of an adaptive run that were given advance the time where it starts.
-    pub(crate) fn check(&self) -> Result<(), ParameterError> {
+    pub(crate) fn check(&self) -> Checked<()> {
         Named("span.end", self.end_time).at_least("span.start", self.start_time)?;
         let is_long = self.span() >= lit(INSTANT) || self.start_time == self.end_time;
         let rule = "be span.start, or at least 1e-30 s later";
@@ -146,11 +143,6 @@ impl<T: Scalar> Progress<T> {
     /// Length of the time span \[s\].
     pub(crate) fn span(&self) -> T {
         self.end_time - self.start_time
-    }
-
-    /// Length of the next trial \[s\].
-    pub(crate) fn length(&self) -> T {
-        self.length
     }
 
     /// Limits the length of the next trial.

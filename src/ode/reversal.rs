@@ -66,9 +66,7 @@ impl<T: Scalar> ContactBranch<T> {
     pub(super) fn took(&mut self, length: T) {
         if self.fresh {
             self.fresh = false;
-            if let Some(first) = self.firsts.get_mut(usize::from(self.branch == Branch::Backward)) {
-                *first = length;
-            }
+            self.firsts[usize::from(self.branch == Branch::Backward)] = length;
         }
     }
 
@@ -203,13 +201,12 @@ pub(super) fn first_reversal<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?S
         };
         let speeds = [(T::zero(), lock.ahead), (half, ahead(middle)), (T::one(), ahead(end))];
         match search.first(at, &speeds) {
-            Crossing::None => {}
             Crossing::AtStart => return Reversal::AtStart(index),
             Crossing::At(place) if place < earliest => {
                 earliest = place;
                 first = Reversal::Within(index, place);
             }
-            Crossing::At(_) => {}
+            Crossing::At(_) | Crossing::None => {}
         }
     }
     first

@@ -101,9 +101,7 @@ impl<B: RosenbrockTableau, T: Scalar, V: States<T>, const S: usize> Rosenbrock<B
         });
         solve::<T, V>(&trial.factors, &self.right, &mut self.u[I]);
     }
-}
 
-impl<B: RosenbrockTableau, T: Scalar, V: States<T>, const S: usize> Rosenbrock<B, T, V, S> {
     /// The method at the start of a run.
     pub(super) fn new(state: &V) -> Self {
         const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };

@@ -5,8 +5,6 @@ use core::ops::{ControlFlow, Range};
 use super::Automatic;
 use super::event::{Event, Occurrence};
 use super::failure::Failure;
-#[cfg(feature = "alloc")]
-use super::failure::StopReason;
 use super::integration::Integration;
 use super::progress::StepControl;
 use super::statistics::Statistics;
@@ -14,23 +12,9 @@ use super::step::Step;
 use super::stepper::{OneStep, Stepper};
 use super::storage::States;
 use super::system::Equations;
-use super::tolerance::Tolerances;
-use super::tolerance::check;
+use super::tolerance::{Tolerances, check};
 use crate::Scalar;
 use crate::parameter::{Checked, Named, ParameterError};
-
-/// An attempt whose errors have grown to so many times their limit is followed by one with steps so
-/// much tighter, and this much more.
-#[cfg(feature = "alloc")]
-const SAFETY: f64 = 0.1;
-
-/// But not by more than this at once: with loose steps the growth may be far overestimated.
-#[cfg(feature = "alloc")]
-const MOST_AT_ONCE: f64 = 1e-4;
-
-/// The limit of such an attempt is so much wider: to miss it by a little would cost a third one.
-#[cfg(feature = "alloc")]
-const LENIENT: f64 = 1.5;
 
 /// A method with its step control.
 ///
@@ -75,36 +59,6 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
         Self { method, control, tolerances, aim: None, locks: true }
     }
 
-    /// The solver that is tried first, with loose steps. None if the error of the solution is not
-    /// estimated.
-    #[cfg(feature = "alloc")]
-    pub(super) fn first_attempt(&self) -> Option<Self> {
-        let first = self.tolerances.clone()?.at_first(self.aim?, self.method.tolerance_range());
-        Some(Self { tolerances: Some(first), ..self.clone() })
-    }
-
-    /// The solver to try after this one failed, where the one given is that for a stream.
-    #[cfg(feature = "alloc")]
-    pub(super) fn next_attempt(&self, careful: &Self, reason: StopReason) -> Option<Self> {
-        match reason {
-            StopReason::ErrorsGrow { times } => {
-                let tighter =
-                    self.tolerances.as_ref()?.times(f64::max(SAFETY / times, MOST_AT_ONCE))?;
-                let aim = self.aim.map(|aim| aim * LENIENT);
-                Some(Self { tolerances: Some(tighter), aim, ..self.clone() })
-            }
-            // Tighter steps meet a jump of the right-hand side just so.
-            StopReason::EndlessReversals { .. }
-            | StopReason::TooMuchToStore { .. }
-            | StopReason::WrongDerivative { .. }
-            | StopReason::Refused(_)
-            | StopReason::TooManySteps { .. } => None,
-            // Loose steps may leave the range where the right-hand side is sound.
-            _ if self.most_growth() < careful.most_growth() => Some(careful.clone()),
-            _ => None,
-        }
-    }
-
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
     /// is not smooth; the last one is shorter where h does not divide the time span.
     ///
@@ -114,7 +68,7 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
     /// # Errors
     ///
     /// Refuses a step that is not positive.
-    pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
+    pub fn fixed(method: M, step: T) -> Checked<Self> {
         let control = StepControl::fixed(step)?;
         Ok(Self { method, control, tolerances: None, aim: None, locks: true })
     }
@@ -140,7 +94,7 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
     /// # Errors
     ///
     /// Refuses a limit that is not positive.
-    pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
+    pub fn with_largest_step(mut self, largest: T) -> Checked<Self> {
         self.control.largest_step = Some(Named("largest_step", largest).positive()?);
         Ok(self)
     }
@@ -150,7 +104,7 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
     /// # Errors
     ///
     /// Refuses a step that is not positive.
-    pub fn with_first_step(mut self, first: T) -> Result<Self, ParameterError> {
+    pub fn with_first_step(mut self, first: T) -> Checked<Self> {
         self.control.first_step = Some(Named("first_step", first).positive()?);
         Ok(self)
     }
@@ -186,10 +140,8 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
         as_many_as_states(system, "tolerances", tolerances).map_err(refuse)?;
         Named("span.start", span.start).finite().map_err(refuse)?;
         Named("span.end", span.end).finite().map_err(refuse)?;
-        for (index, &value) in initial_state.entries().iter().enumerate() {
-            let checked = Named("initial_state", value).finite();
-            ParameterError::of_component(index, checked).map_err(refuse)?;
-        }
+        let finite = |&value: &T| Named("initial_state", value).finite();
+        ParameterError::of_components(initial_state.entries(), finite).map_err(refuse)?;
         let span = (span.start, span.end);
         Integration::new(self.clone(), system, span, initial_state)
     }
@@ -257,7 +209,7 @@ impl<T: Scalar, V: States<T>> Solver<T, Automatic, V> {
     ///
     /// Refuses a tolerance that is not positive, above 0.1 or below 10 ε, and a scale that is not
     /// positive.
-    pub fn automatic(tolerance: T, scales: V) -> Result<Self, ParameterError> {
+    pub fn automatic(tolerance: T, scales: V) -> Checked<Self> {
         check("tolerance", tolerance)?;
         Ok(Self::checked(Automatic, Tolerances::scaled(tolerance, scales)?))
     }

@@ -33,7 +33,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     /// Locks each contact to the direction in which it slides, or is about to.
     fn choose_branches(&mut self) -> Result<(), StopReason> {
         let Point { mut time, mut state, mut rate, .. } = self.point.clone();
-        let later = self.progress.length() * lit(1e-3);
+        let later = self.progress.length * lit(1e-3);
         let mut velocities = self.velocities(time, &state)?;
         // Without a velocity, the one a little later tells the direction; without an acceleration,
         // the one after that.
@@ -52,10 +52,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         }
         let locks = self.locks.entries_mut().iter_mut();
         for (lock, &velocity) in locks.zip(velocities.entries()) {
-            lock.branch = match Branch::towards(velocity) {
-                Branch::Free => Branch::Forward,
-                branch => branch,
-            };
+            lock.branch = Branch::locked(velocity);
         }
         Ok(())
     }

@@ -79,7 +79,7 @@ impl<T: Scalar, V: States<T>> Step<T, V> {
 
     /// State at the start.
     pub fn start(&self) -> &V {
-        self.dense_output.start()
+        &self.dense_output.start
     }
 
     /// State at the end.

@@ -104,46 +104,6 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     }
 }
 
-/// A reference to a system is a system, so that `&dyn System` is one, too.
-impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize> System<T, N, K>
-    for &S
-{
-    #[inline]
-    fn rate(&self, time: T, state: &SVector<T, N>, branches: [Branch; K]) -> SVector<T, N> {
-        (**self).rate(time, state, branches)
-    }
-
-    #[inline]
-    fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K] {
-        (**self).sliding_velocities(time, state)
-    }
-
-    #[inline]
-    fn linearised(
-        &self,
-        time: T,
-        state: &SVector<T, N>,
-        branches: [Branch; K],
-    ) -> Option<super::Linearisation<T, N>> {
-        (**self).linearised(time, state, branches)
-    }
-
-    #[inline]
-    fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        (**self).next_kink(time, towards)
-    }
-
-    #[inline]
-    fn longest_step(&self) -> Option<T> {
-        (**self).longest_step()
-    }
-
-    #[inline]
-    fn scales(&self) -> SVector<T, N> {
-        (**self).scales()
-    }
-}
-
 /// A right-hand side and its partial derivatives at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearisation<V, A> {

@@ -7,7 +7,7 @@ use nalgebra::ComplexField;
 use super::controller::rough_power;
 use super::storage::States;
 use crate::Scalar;
-use crate::parameter::{Named, ParameterError};
+use crate::parameter::{Checked, Named, ParameterError};
 use crate::scalar::{lit, to_f64};
 
 /// Smallest relative tolerance over the rounding ε of the scalar type. The sums of one step round
@@ -23,33 +23,20 @@ const MOST: f64 = 0.1;
 pub(crate) struct ToleranceRange {
     /// The tolerance of a solution that a run aims at.
     pub(super) aim: f64,
-    /// The tolerance of a step that is tried first, over that of the solution.
-    #[cfg(feature = "alloc")]
-    pub(super) first: f64,
     /// The least part of an estimated error of a tight step that its error is taken to be.
     part: f64,
 }
 
 impl ToleranceRange {
     /// Of the single methods.
-    pub(crate) const SINGLE: Self = Self {
-        aim: 1e-4,
-        #[cfg(feature = "alloc")]
-        first: 0.05,
-        part: 1.0,
-    };
+    pub(crate) const SINGLE: Self = Self { aim: 1e-4, part: 1.0 };
     /// Of the Rosenbrock methods. Their estimate is the error of a solution of an order lower than
     /// theirs, and with short steps far too large: at 1e-10, 20 to 1 000 times over a floor.
     pub(crate) const ROSENBROCK: Self = Self { part: 0.1, ..Self::SINGLE };
     /// Of [`Automatic`](super::Automatic): its steps are those of a Rosenbrock method where the
     /// system is stiff and of order eight elsewhere, and miss less. With steps twice as loose three
     /// of eight thousand answers on drawn scenes were far off.
-    pub(crate) const AUTOMATIC: Self = Self {
-        aim: 2e-4,
-        #[cfg(feature = "alloc")]
-        first: 0.1,
-        part: 1.0,
-    };
+    pub(crate) const AUTOMATIC: Self = Self { aim: 2e-4, part: 1.0 };
 
     /// The part of an estimate of an order q, with a tolerance ε of the step, that is taken to be
     /// its error: ten times ε^(1/q), which is about the step over the time in which states change.
@@ -107,13 +94,10 @@ impl<T: Scalar, V: States<T>> Tolerances<T, V> {
     ///
     /// Names the component that is not positive, and a relative tolerance that the rounding of the
     /// scalar type would exceed: below 10 ε, that is 2·10⁻¹⁵ in `f64` and 1.2·10⁻⁶ in `f32`.
-    pub fn new(relative: V, absolute: V) -> Result<Self, ParameterError> {
-        for (index, &value) in relative.entries().iter().enumerate() {
-            ParameterError::of_component(index, check("relative", value))?;
-        }
-        for (index, &value) in absolute.entries().iter().enumerate() {
-            ParameterError::of_component(index, Named("absolute", value).positive())?;
-        }
+    pub fn new(relative: V, absolute: V) -> Checked<Self> {
+        ParameterError::of_components(relative.entries(), |&value| check("relative", value))?;
+        let positive = |&value: &T| Named("absolute", value).positive();
+        ParameterError::of_components(absolute.entries(), positive)?;
         Ok(Self { relative, absolute, scalar: PhantomData })
     }
 
@@ -123,11 +107,10 @@ impl<T: Scalar, V: States<T>> Tolerances<T, V> {
     /// # Errors
     ///
     /// Refuses a tolerance or a scale that is not positive, and a tolerance below 10 ε.
-    pub fn scaled(relative: T, scales: V) -> Result<Self, ParameterError> {
+    pub fn scaled(relative: T, scales: V) -> Checked<Self> {
         check("relative", relative)?;
-        for (index, &scale) in scales.entries().iter().enumerate() {
-            ParameterError::of_component(index, Named("scales", scale).positive())?;
-        }
+        let positive = |&scale: &T| Named("scales", scale).positive();
+        ParameterError::of_components(scales.entries(), positive)?;
         Self::new(scales.like(|_| relative), scales.like(|i| scales[i] * relative))
     }
 
@@ -151,13 +134,6 @@ impl<T: Scalar, V: States<T>> Tolerances<T, V> {
     /// The tolerances of one step, of these of the solution and its aim.
     pub(super) fn of_a_step(self, aim: f64) -> Self {
         self.times(aim / self.largest() * OF_STEP).unwrap_or(self)
-    }
-
-    /// The tolerances of one step that are tried first.
-    #[cfg(feature = "alloc")]
-    pub(super) fn at_first(self, aim: f64, range: ToleranceRange) -> Self {
-        let times = range.first * aim / self.largest();
-        if times > 1.0 { self.times(times).unwrap_or(self) } else { self }
     }
 
     /// So many times these, or no less than rounding allows; none if little is left to gain.
@@ -198,7 +174,7 @@ impl<T: Scalar, V: States<T>> Tolerances<T, V> {
 }
 
 /// Checks a relative tolerance.
-pub(super) fn check<T: Scalar>(name: &'static str, relative: T) -> Result<T, ParameterError> {
+pub(super) fn check<T: Scalar>(name: &'static str, relative: T) -> Checked<T> {
     let least = lit::<T>(LEAST) * T::default_epsilon();
     Named(name, relative).positive()?;
     Named(name, relative).at_most("a tenth", lit(MOST))?;

@@ -14,8 +14,22 @@ use super::stepper::OneStep;
 use super::storage::States;
 use super::system::Equations;
 use crate::Scalar;
-use crate::parameter::{Named, ParameterError, Rule};
+use crate::parameter::{Checked, Named, ParameterError, Rule};
 use crate::scalar::lit;
+
+/// The tolerance of a step that is tried first, over that of the solution and over the one that a
+/// run with this method aims at.
+const FIRST: f64 = 500.0;
+
+/// An attempt whose errors have grown to so many times their limit is followed by one with steps so
+/// much tighter, and this much more.
+const SAFETY: f64 = 0.1;
+
+/// But not by more than this at once: with loose steps the growth may be far overestimated.
+const MOST_AT_ONCE: f64 = 1e-4;
+
+/// The limit of such an attempt is so much wider: to miss it by a little would cost a third one.
+const LENIENT: f64 = 1.5;
 
 /// Which points of a solution to store.
 ///
@@ -49,18 +63,6 @@ pub struct Trajectory<T: Scalar, V: States<T>> {
 }
 
 impl<T: Scalar, V: States<T>> Trajectory<T, V> {
-    fn empty() -> Self {
-        Self {
-            times: Vec::new(),
-            states: Vec::new(),
-            steps: Vec::new(),
-            events: Vec::new(),
-            reversals: Vec::new(),
-            stopped_by: None,
-            statistics: Statistics::default(),
-        }
-    }
-
     /// The stored times \[s\].
     pub fn times(&self) -> &[T] {
         &self.times
@@ -189,6 +191,40 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
         }
     }
 
+    /// The solver that is tried first, with loose steps. None if the error of the solution is not
+    /// estimated.
+    fn first_attempt(&self) -> Option<Self> {
+        let (mut first, range) = (self.clone(), self.method.tolerance_range());
+        let tolerances = first.tolerances.as_mut()?;
+        let times = FIRST * range.aim * self.aim? / tolerances.largest();
+        if times > 1.0
+            && let Some(looser) = tolerances.times(times)
+        {
+            *tolerances = looser;
+        }
+        Some(first)
+    }
+
+    /// The solver to try after this one failed, where the one given is that for a stream.
+    fn next_attempt(&self, careful: &Self, reason: StopReason) -> Option<Self> {
+        match reason {
+            StopReason::ErrorsGrow { times } => {
+                let tighter =
+                    self.tolerances.as_ref()?.times(f64::max(SAFETY / times, MOST_AT_ONCE))?;
+                let aim = self.aim.map(|aim| aim * LENIENT);
+                Some(Self { tolerances: Some(tighter), aim, ..self.clone() })
+            }
+            // Loose steps may leave the range where the right-hand side is sound.
+            StopReason::NotFinite { .. }
+            | StopReason::VelocityNotFinite { .. }
+            | StopReason::StepTooSmall { .. } => {
+                (self.most_growth() < careful.most_growth()).then(|| careful.clone())
+            }
+            // Tighter steps meet a jump of the right-hand side just so.
+            _ => None,
+        }
+    }
+
     fn attempt<S: Equations<T, V, K> + ?Sized, K>(
         &self,
         system: &S,
@@ -280,12 +316,20 @@ struct Recorder<'a, T: Scalar, V: States<T>> {
 
 impl<'a, T: Scalar, V: States<T>> Recorder<'a, T, V> {
     fn new(output: Output<'a, T>, span: Range<T>) -> Self {
-        let trajectory = Trajectory::empty();
+        let trajectory = Trajectory {
+            times: Vec::new(),
+            states: Vec::new(),
+            steps: Vec::new(),
+            events: Vec::new(),
+            reversals: Vec::new(),
+            stopped_by: None,
+            statistics: Statistics::default(),
+        };
         Self { output, span, next: None, most_bytes: MOST_BYTES, full: false, trajectory }
     }
 
     /// Checks the output, and makes room for it.
-    fn check(&mut self) -> Result<(), ParameterError> {
+    fn check(&mut self) -> Checked<()> {
         Named("span.start", self.span.start).finite()?;
         Named("span.end", self.span.end).finite()?;
         Named("span.end", self.span.end).at_least("span.start", self.span.start)?;
@@ -296,17 +340,13 @@ impl<'a, T: Scalar, V: States<T>> Recorder<'a, T, V> {
                 reserve(&mut self.trajectory.states, samples)
             }
             Output::Times(times) => {
-                let mut previous = self.span.start;
-                for (index, &time) in times.iter().enumerate() {
-                    let before = if index == 0 { "span.start" } else { "the time before" };
-                    let checked = Named("times", time)
-                        .finite()
-                        .and_then(|_| Named("times", time).at_least(before, previous))
-                        .and_then(|_| Named("times", time).at_most("span.end", self.span.end));
-                    ParameterError::of_component(index, checked)?;
-                    previous = time;
-                }
-                Ok(())
+                let mut before = ("span.start", self.span.start);
+                ParameterError::of_components(times, |&time| {
+                    let time = Named("times", Named("times", time).finite()?);
+                    time.at_least(before.0, before.1)?;
+                    before = ("the time before", time.1);
+                    time.at_most("span.end", self.span.end)
+                })
             }
             Output::Steps | Output::Dense => Ok(()),
         }
@@ -406,7 +446,7 @@ impl<T: Scalar, V: States<T>> Observer<T, V> for Recorder<'_, T, V> {
 }
 
 /// Makes room for so many samples, or refuses them.
-fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
+fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Checked<()> {
     let rule = Rule::Stated("fit into the memory");
     list.try_reserve_exact(samples).map_err(|_| Named("samples", samples as f64).refused(rule))
 }

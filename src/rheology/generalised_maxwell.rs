@@ -25,16 +25,14 @@ pub struct MaxwellArm<T> {
 }
 
 impl<T: Scalar> MaxwellArm<T> {
-    /// Checks stiffness and damping under the names they have in a bristle.
+    /// Checks stiffness and damping under the names they have in a bristle, and the fastest decay
+    /// rate K/η of a spring beside others. The modes of the step separate coinciding springs by
+    /// 1e-60 of the fastest rate (1e-17 for `f32`), which must remain negligible over any run.
     pub(super) fn check(&self, stiffness: &'static str, damping: &'static str) -> Checked<()> {
         Named(stiffness, self.stiffness).positive()?;
-        self.series_damping.map_or(Ok(()), |value| Named(damping, value).positive().map(drop))
-    }
-
-    /// Checks the fastest decay rate K/η of a spring beside others. The modes of the step separate
-    /// coinciding springs by 1e-60 of the fastest rate (1e-17 for `f32`), which must remain
-    /// negligible over any run.
-    pub(super) fn check_decay(&self) -> Checked<()> {
+        if let Some(value) = self.series_damping {
+            Named(damping, value).positive()?;
+        }
         let single = T::default_epsilon() > lit(1e-10);
         let limit: T = lit(if single { 1e10 } else { 1e50 });
         let (name, what) = ("stiffness over series_damping", "the fastest decay of an arm [1/s]");
@@ -122,10 +120,7 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GeneralisedMaxwell<T, const N: usize> {
-    arms: [MaxwellArm<T>; N],
-    damping: T,
-}
+pub struct GeneralisedMaxwell<T, const N: usize>(pub(super) GeneralisedMaxwellParameters<T, N>);
 
 impl<T: Scalar, const N: usize> GeneralisedMaxwell<T, N> {
     /// Checks the parameters.
@@ -138,26 +133,20 @@ impl<T: Scalar, const N: usize> GeneralisedMaxwell<T, N> {
     pub fn new(parameters: GeneralisedMaxwellParameters<T, N>) -> Checked<Self> {
         let GeneralisedMaxwellParameters { arms, micro_damping } = parameters;
         Named("arms", N).count(1)?;
-        ParameterError::of_components(&arms, |arm| {
-            arm.check("arms.stiffness", "arms.series_damping")?;
-            arm.check_decay()
-        })?;
-        Ok(Self { arms, damping: Named("micro_damping", micro_damping).non_negative()? })
+        let [stiffness, damping] = ["arms.stiffness", "arms.series_damping"];
+        ParameterError::of_components(&arms, |arm| arm.check(stiffness, damping))?;
+        let micro_damping = Named("micro_damping", micro_damping).non_negative()?;
+        Ok(Self(GeneralisedMaxwellParameters { arms, micro_damping }))
     }
 
     /// The arms, in the order of the state.
     pub fn arms(&self) -> &[MaxwellArm<T>; N] {
-        &self.arms
+        &self.0.arms
     }
 
     /// The parameters, as they were given.
     pub fn parameters(&self) -> GeneralisedMaxwellParameters<T, N> {
-        GeneralisedMaxwellParameters { arms: self.arms, micro_damping: self.damping }
-    }
-
-    /// From parts that are in their ranges.
-    pub(super) fn from_parts(arms: [MaxwellArm<T>; N], damping: T) -> Self {
-        Self { arms, damping }
+        self.0
     }
 }
 
@@ -169,22 +158,25 @@ impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedMaxwell<T, N> {
         &self,
         _: Sliding<T>,
     ) -> (Elements<T, SVector<T, N>>, Elements<T, SVector<T, N>>) {
-        let decay = SVector::from_fn(|i, _| self.arms[i].decay());
+        let decay = SVector::from_fn(|i, _| self.0.arms[i].decay());
         let none =
             Elements { stiffness: SVector::zeros(), decay: SVector::zeros(), damping: T::zero() };
-        (Elements { stiffness: self.storage_stiffness(), decay, damping: self.damping }, none)
+        (
+            Elements { stiffness: self.storage_stiffness(), decay, damping: self.0.micro_damping },
+            none,
+        )
     }
 
     #[inline]
     fn storage_stiffness(&self) -> SVector<T, N> {
-        SVector::from_fn(|i, _| self.arms[i].stiffness)
+        SVector::from_fn(|i, _| self.0.arms[i].stiffness)
     }
 
     fn bounds(&self) -> ElementBounds<T> {
-        let decay = self.arms.iter().map(|arm| Bounds::constant(arm.decay()));
+        let decay = self.0.arms.iter().map(|arm| Bounds::constant(arm.decay()));
         let decay = decay.reduce(Bounds::union).unwrap_or(Bounds::constant(T::zero()));
         let [stiffness, damping] =
-            [self.storage_stiffness().sum(), self.damping].map(Bounds::constant);
+            [self.storage_stiffness().sum(), self.0.micro_damping].map(Bounds::constant);
         ElementBounds { decay, ..ElementBounds::elastic(stiffness, damping) }
     }
 }

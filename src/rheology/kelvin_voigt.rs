@@ -47,10 +47,7 @@ pub struct KelvinVoigtParameters<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KelvinVoigt<T> {
-    stiffness: T,
-    damping: T,
-}
+pub struct KelvinVoigt<T>(KelvinVoigtParameters<T>);
 
 impl<T: Scalar> KelvinVoigt<T> {
     /// Checks the parameters.
@@ -59,15 +56,15 @@ impl<T: Scalar> KelvinVoigt<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn new(parameters: KelvinVoigtParameters<T>) -> Checked<Self> {
-        Ok(Self {
-            stiffness: Named("micro_stiffness", parameters.micro_stiffness).positive()?,
-            damping: Named("micro_damping", parameters.micro_damping).non_negative()?,
-        })
+        Ok(Self(KelvinVoigtParameters {
+            micro_stiffness: Named("micro_stiffness", parameters.micro_stiffness).positive()?,
+            micro_damping: Named("micro_damping", parameters.micro_damping).non_negative()?,
+        }))
     }
 
     /// The parameters, as they were given.
     pub fn parameters(&self) -> KelvinVoigtParameters<T> {
-        KelvinVoigtParameters { micro_stiffness: self.stiffness, micro_damping: self.damping }
+        self.0
     }
 }
 
@@ -76,17 +73,18 @@ impl<T: Scalar> Rheology<T> for KelvinVoigt<T> {
 
     #[inline(always)]
     fn elements_and_slopes(&self, _: Sliding<T>) -> (Elements<T>, Elements<T>) {
-        let Self { stiffness, damping } = *self;
+        let KelvinVoigtParameters { micro_stiffness: stiffness, micro_damping: damping } = self.0;
         let none = Elements { stiffness: T::zero(), decay: T::zero(), damping: T::zero() };
         (Elements { stiffness, damping, ..none }, none)
     }
 
     #[inline(always)]
     fn storage_stiffness(&self) -> T {
-        self.stiffness
+        self.0.micro_stiffness
     }
 
     fn bounds(&self) -> ElementBounds<T> {
-        ElementBounds::elastic(Bounds::constant(self.stiffness), Bounds::constant(self.damping))
+        let KelvinVoigtParameters { micro_stiffness, micro_damping } = self.0;
+        ElementBounds::elastic(Bounds::constant(micro_stiffness), Bounds::constant(micro_damping))
     }
 }

@@ -1,6 +1,6 @@
 //! A spring beside a spring with a dashpot: the standard linear solid.
 
-use super::{GeneralisedMaxwell, MaxwellArm};
+use super::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm};
 use crate::Scalar;
 use crate::parameter::Checked;
 
@@ -111,8 +111,7 @@ impl<T: Scalar> GeneralisedMaxwell<T, 2> {
         ];
         for (arm, stiffness) in arms.iter().zip(["static_stiffness", "relaxing_stiffness"]) {
             arm.check(stiffness, "series_damping")?;
-            arm.check_decay()?;
         }
-        Ok(Self::from_parts(arms, T::zero()))
+        Ok(Self(GeneralisedMaxwellParameters { arms, micro_damping: T::zero() }))
     }
 }

@@ -38,11 +38,6 @@ impl<T: fmt::Debug, F, const K: usize> fmt::Debug for Function<T, F, K> {
 
 impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> Signal<T> for Function<T, F, K> {
     #[inline]
-    fn value(&self, time: T) -> T {
-        (self.function)(time).0
-    }
-
-    #[inline]
     fn value_and_rate(&self, time: T) -> (T, T) {
         (self.function)(time)
     }

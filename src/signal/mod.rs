@@ -20,7 +20,10 @@ use crate::Scalar;
 /// A quantity that depends on time alone. A number is one that does not change.
 pub trait Signal<T: Scalar>: Debug + Clone {
     /// The value at a time \[s\].
-    fn value(&self, time: T) -> T;
+    #[inline]
+    fn value(&self, time: T) -> T {
+        self.value_and_rate(time).0
+    }
 
     /// The value and its rate of change. At a kink both are those just after it.
     fn value_and_rate(&self, time: T) -> (T, T);

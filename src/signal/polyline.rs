@@ -68,11 +68,6 @@ impl<S> Polyline<S> {
 }
 
 impl<T: Scalar, S: AsRef<[Vertex<T>]> + Debug + Clone> Signal<T> for Polyline<S> {
-    #[inline]
-    fn value(&self, time: T) -> T {
-        self.value_and_rate(time).0
-    }
-
     fn value_and_rate(&self, time: T) -> (T, T) {
         let vertices = self.vertices.as_ref();
         let after = vertices.partition_point(|vertex| vertex.time <= time);

@@ -314,7 +314,7 @@ impl SolverSetup {
             // With more parts than this between reversals, it is the step that makes them.
             (None, Some(step)) => (10_000 + (10.0 * self.end / step) as u64, rows),
         };
-        let solved = solver.with_most_steps(most).solve(&system, 0.0..self.end, start, output);
+        let solved = solver.with_most_steps(most).solve(system, 0.0..self.end, start, output);
         solved.or_else(|failure| match (failure.reason, &failure.trajectory, self.step) {
             (StopReason::TooManySteps { .. }, Some(run), _) if self.most_steps.is_some() => {
                 Ok((**run).clone())

@@ -130,7 +130,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         initial_state: SVector<T, N>,
         output: Output<'_, T>,
     ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
-        self.0.solve(&system, span, initial_state, output)
+        self.0.solve(system, span, initial_state, output)
     }
 
     pub fn solve_with_events<const K: usize>(
@@ -141,7 +141,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
     ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
-        self.0.solve_with_events(&system, span, initial_state, events, output)
+        self.0.solve_with_events(system, span, initial_state, events, output)
     }
 
     pub fn stream<O: Observer<T, SVector<T, N>>, const K: usize>(
@@ -152,7 +152,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         events: &[Event<'_, T, N>],
         observer: &mut O,
     ) -> Result<Summary<T, N>, Failure<T, N>> {
-        self.0.stream(&system, span, initial_state, events, observer)
+        self.0.stream(system, span, initial_state, events, observer)
     }
 }
 

@@ -128,7 +128,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
     fn stick(&self, path: &mut Path<T>, velocity: T) {
         (path.branch, path.direction) = heading(velocity);
         path.velocity = velocity.abs();
-        self.place(path, T::zero());
+        (path.here, path.gap) = (self.surface(path.branch, T::zero()), path.velocity);
         let stiffness = self.stiffness;
         let load = path.direction * self.trial(velocity, path.deflection);
         let held = path.here.mu;
@@ -147,12 +147,6 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
         if path.sticks {
             path.here.mu = load + stiffness * way;
         }
-    }
-
-    /// Puts the tip at a speed of its branch.
-    fn place(&self, path: &mut Path<T>, speed: T) {
-        path.here = self.surface(path.branch, speed);
-        path.gap = path.velocity - speed;
     }
 
     /// Keeps the load for the rest of the time.

@@ -71,19 +71,16 @@ impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
         if rest.mu >= size {
             return tip(rest);
         }
-        let bracket = (T::zero(), self.farthest(size));
+        // Beyond every solution of Φ(u) = `size`, because Φ(u) > (σ1 + σ2) u: a few roundings, so
+        // that it is not met by a step that should end short of it.
+        let farthest = size / self.rise() * (T::one() + T::default_epsilon() * lit(8.0));
+        let bracket = (T::zero(), farthest);
         tip(self.root(branch, size, bracket, (size - rest.mu) / self.rise()))
     }
 
     /// σ1 + s σ2, which the slope of Φ is at least on average.
     pub(super) fn rise(&self) -> T {
         self.damping + self.scale * self.curve.viscous_friction()
-    }
-
-    /// A speed beyond every solution of Φ(u) = `size`, because Φ(u) > (σ1 + σ2) u: a few roundings,
-    /// so that it is not met by a step that should end short of it.
-    fn farthest(&self, size: T) -> T {
-        size / self.rise() * (T::one() + T::default_epsilon() * lit(8.0))
     }
 
     /// The surface where Φ(u) = `size`, within a bracket.

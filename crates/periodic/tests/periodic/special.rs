@@ -135,7 +135,7 @@ fn passages<S: System<f64, 4>>(system: &S, start: Vector4<f64>, duration: f64) -
     let position = |_: f64, state: &SVector<f64, 4>| state[0];
     let target = [Event { function: &position, direction: Direction::Either, stops: false }];
     let solver = Solver::adaptive(Automatic, tolerances);
-    let run = solver.solve_with_events(&system, 0.0..duration, start, &target, Output::Uniform(2));
+    let run = solver.solve_with_events(system, 0.0..duration, start, &target, Output::Uniform(2));
     run.unwrap().events().iter().map(|it| (it.time, it.state[3])).collect()
 }
 
