@@ -86,14 +86,7 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
         }
         left.entries_mut().iter_mut().for_each(|left| *left /= length);
         if let (Some(change), Some(before)) = (&change, &self.changes) {
-            let (change, before) = (change.entries(), before.entries());
-            for i in 0..states {
-                let at = |j: usize| j * states + i;
-                let sudden =
-                    (0..states).filter(|&j| change[at(j)] > before[at(j)] * length * lit(SUDDEN));
-                let sum = sudden.fold(T::zero(), |sum, j| sum + change[at(j)] * moved[j].abs());
-                self.missed[i] = sum * length * lit(ERROR);
-            }
+            self.missed = sudden(change.entries(), before.entries(), &moved, length);
         }
         let mut moving = moved;
         for moving in moving.entries_mut() {
@@ -131,6 +124,18 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
         });
         None
     }
+}
+
+/// The error of each state, over a step of a length, by entries of the Jacobian that change far
+/// more in it than in the step before.
+fn sudden<T: Scalar, V: States<T>>(change: &[T], before: &[T], moved: &V, length: T) -> V {
+    let states = moved.count();
+    moved.like(|i| {
+        let at = |j: usize| j * states + i;
+        let sudden = (0..states).filter(|&j| change[at(j)] > before[at(j)] * length * lit(SUDDEN));
+        let sum = sudden.fold(T::zero(), |sum, j| sum + change[at(j)] * moved[j].abs());
+        sum * length * lit(ERROR)
+    })
 }
 
 #[cfg(test)]
