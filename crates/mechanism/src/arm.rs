@@ -22,10 +22,6 @@
 //! contacts are passive as in every mechanism; position, velocity and total energy are of second
 //! order.
 //!
-//! Inertia forces are explicit, so that a step has a largest length. Two, three and seven undamped
-//! links of 0.2 m, let go, keep their energy to 1 % while none turns by more than 0.08 rad in a
-//! step, to a half by 0.4 rad, and grow to NaN with steps twice as long. Damped arms take more.
-//!
 //! Source: H. Asada, J.-J. Slotine, "Robot Analysis and Control" (1986), chapter 5, written out for
 //! parallel axes.
 
@@ -102,6 +98,19 @@ pub struct ArmMiddle<'a, T> {
 }
 
 /// A serial arm in a vertical plane, whose number of joints is known at run time.
+///
+/// Angles qᵢ of the joints add up: link i is turned by θᵢ = q₁ + … + qᵢ from hanging straight down,
+/// all in one sense. The torque of gravity on a single link is −m g c sin q₁.
+///
+/// **A step has a largest length**, unlike that of a [`LinearMechanism`]. The friction is passive
+/// at any, but inertia forces and the torques of a drive are explicit, at the predicted middle:
+///
+/// - Two, three and seven undamped links of 0.2 m, let go, keep their energy to 1 % while none
+///   turns by more than 0.08 rad in a step, to a half by 0.4 rad, and grow to NaN with steps twice
+///   as long. Damped arms take more.
+/// - A drive τ = −K_P (q − q_d) − K_D q̇ on a link of moment of inertia J, held by nothing else, is
+///   stable for K_D h/J + K_P h²/(2J) ≤ 1. Part of K_D as the [damping](Link::damping) of the link
+///   has no such limit.
 ///
 /// Seven links of 1 kg, each joint with friction, lifted from hanging by controllers:
 ///

@@ -180,6 +180,7 @@ impl Shooting {
     ) -> Checked<Cyclic<N>> {
         let least = 10.0 * f64::EPSILON;
         Named("tolerance", self.tolerance).at_least("ten roundings", least)?;
+        Named("tolerance", self.tolerance).at_most("a tenth", 0.1)?;
         Named("most_iterations", self.most_iterations).count(1)?;
         Named("segments", self.segments).count_between(1, MOST_SEGMENTS)?;
         ParameterError::of_components(&scales, |&scale| Named("scales", scale).positive())?;

@@ -2,7 +2,7 @@
 
 use bristle::nalgebra::{Matrix2, SVector, Vector2};
 use bristle::ode::{self, Output, System};
-use bristle::{Branch, Contact};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters};
 use bristle_mechanism::{Arm, ArmMotion, ArmParameters, ContactState, Link, on_joint};
 use bristle_specimens::draw::Draw;
 
@@ -147,6 +147,34 @@ fn a_free_arm_keeps_its_energy() {
 
 /// Loads that rise and fall, and a step far beyond the accuracy: what each contact gives back it
 /// had before.
+/// K_D h/J + K_P h²/(2J) ≤ 1 for a link without gravity, whose friction is next to none.
+#[test]
+fn a_drive_has_the_largest_step_that_is_said() {
+    let (inertia, h) = (0.05, 1e-3);
+    let link = Link { mass: 1.0, length: 0.2, centre: 0.0, inertia, rotor: 0.0, damping: 0.0 };
+    let parameters = ArmParameters { links: &[link], gravity: 0.0 };
+    let friction = DahlParameters { dynamic_coefficient: 1e-9, micro_stiffness: 1.0 };
+    let friction = Dahl::new(friction).unwrap().under_load(1e-9).unwrap().companion(1.0).unwrap();
+    let end = |damped: f64, times: f64| {
+        let gains = [(1.0 - damped) * 2.0 / (h * h), damped / h].map(|gain| gain * inertia * times);
+        let mut arm = Arm::on_heap(&parameters, [on_joint(0)]).unwrap();
+        let mut contacts = [ContactState::new(&friction, 0.0)];
+        let [mut q, mut v, mut a] = [[1e-3], [1e-3], [0.0]];
+        for _ in 0..20_000 {
+            let motion = ArmMotion { position: &mut q, velocity: &mut v, acceleration: &mut a };
+            arm.step(h, motion, &[friction], &mut contacts, |middle| {
+                middle.torque[0] = -gains[0] * middle.position[0] - gains[1] * middle.velocity[0];
+            })
+            .unwrap();
+        }
+        q[0].abs()
+    };
+    for damped in [0.2, 0.5, 0.9, 1.0] {
+        let ends = [end(damped, 0.99), end(damped, 1.01)];
+        assert!(ends[0] < 2e-3 && !(ends[1] < 1e3), "{damped}: {ends:?}");
+    }
+}
+
 #[test]
 fn contacts_of_an_arm_are_passive() {
     let (n, mut draw, companion) = (5, Draw::seeded(3), friction());

@@ -2,8 +2,11 @@
 
 use std::cell::Cell;
 
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::System;
 use bristle::parameter::ParameterError;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, FrBd};
 use bristle_periodic::{
     BranchEnd, Continuation, ControlLoop, Guess, Outcome, PeriodicError, Pid, PointKind, Shooting,
     hunting, hunting_orbit,
@@ -105,6 +108,32 @@ fn growth_has_its_rate_however_fast_it_is() {
     let report = hunting(&slow, &[1e-3], 1.0).unwrap();
     let wanted = 0.5 * 1e-95_f64.cbrt();
     assert!((report.large_abscissa / wanted - 1.0).abs() < 1e-6, "{report}");
+}
+
+/// A bristle about to yield has a derivative of nearly zero. A difference to one side took it for a
+/// wrong one, and said that the derivatives of component 2 were not those of its rate.
+#[test]
+fn a_mass_that_creeps_towards_breakaway_has_an_answer() {
+    for (integral, derivative, start) in
+        [(0.5, 60.0, 2e-3), (10.0, 60.0, 5e-3), (50.0, 60.0, 5e-4), (20.0, 200.0, 7e-3)]
+    {
+        let curve = StribeckParameters {
+            static_coefficient: 0.5,
+            dynamic_coefficient: 0.35,
+            stribeck_velocity: 2e-3,
+            stribeck_exponent: 2.0,
+            viscous_friction: 0.0,
+        };
+        let bristle = KelvinVoigtParameters { micro_stiffness: 5e4, micro_damping: 70.0 };
+        let (curve, bristle) = (Stribeck::new(curve), KelvinVoigt::new(bristle));
+        let mut creeping = stiff_loop();
+        creeping.contact = FrBd::new(curve.unwrap(), bristle.unwrap()).under_load(20.0).unwrap();
+        creeping.mechanism.mass = 2.0;
+        let gains = Pid { proportional: 2000.0, integral, derivative, ..creeping.controller };
+        creeping.controller = gains;
+        let found = creeping.outcome(start, 120.0);
+        assert!(found.is_ok(), "{integral} {derivative}: {found:?}");
+    }
 }
 
 #[test]
