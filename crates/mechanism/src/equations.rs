@@ -35,9 +35,9 @@ pub struct Acting<'a, T> {
 /// The equations of motion of a [`LinearMechanism`], an [`Arm`] or an [`ElasticJoint`]: a
 /// [`dynamic::System`].
 ///
-/// It gives no derivatives: where a method asks for them, each state costs an evaluation, and one of
-/// an arm of n joints costs as n³. A second of an arm that falls on joints with stiff bristles takes
-/// 0.1 s with 10 joints, 1 s with 30, and a minute with 60; its fixed steps take as n³ alone.
+/// It gives no derivatives: where a method asks for them, each state costs an evaluation, and one
+/// of an arm of n joints costs as n³. With stiff bristles, arms of some ten joints are quick and
+/// those of sixty are dear; a fixed step of theirs costs as n³ alone.
 ///
 /// States are the coordinates, then their velocities, then the deflection of each contact. An arm
 /// of joints that a file counts, let go:
