@@ -125,14 +125,15 @@ impl Ramp {
 
 #[test]
 fn what_dies_out_and_grows_again_is_right_or_refused() {
-    for method in METHODS {
+    // By turns a method or another, alone or beside another state.
+    for (turn, method) in METHODS.into_iter().enumerate() {
         for exponent in 2..=5 {
             let tolerance = 10f64.powi(-exponent);
             let middles = [5.0, 7.0, 12.0, 20.0, 30.0, -5.0, -12.0];
-            for (place, middle) in middles.into_iter().enumerate() {
+            let places = middles.into_iter().enumerate().skip((turn + exponent as usize) % 2);
+            for (place, middle) in places.step_by(2) {
                 let ramp = Ramp { middle: f64::abs(middle), sign: f64::signum(middle) };
-                // By turns alone and beside another state.
-                let error = match (place as i32 + exponent) % 2 {
+                let error = match (place / 2 + exponent as usize) % 2 {
                     0 => ramp.error::<1>(method, tolerance),
                     _ => ramp.error::<2>(method, tolerance),
                 };
@@ -227,7 +228,7 @@ impl System<f64, 1, 0> for Pushed {
 #[test]
 fn a_push_on_a_body_at_rest_is_seen() {
     let (mut draw, mut wrong) = (Draw::seeded(20_261_130), Vec::new());
-    for number in 0..100 {
+    for number in 0..50 {
         let impulse = draw.logarithmic(0.1, 10.0);
         // It is felt for three widths, at least three thousandths of the span.
         let width = draw.logarithmic(0.001, 0.05);
@@ -246,5 +247,5 @@ fn a_push_on_a_body_at_rest_is_seen() {
     }
     // A step that begins in the push's foot may pass over it: one answer in a thousand. Where
     // nobody looks, it is half of them.
-    assert!(wrong.len() <= 2, "{wrong:#?}");
+    assert!(wrong.len() <= 1, "{wrong:#?}");
 }
