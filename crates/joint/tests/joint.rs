@@ -270,6 +270,10 @@ fn a_gear_is_driven_from_outside_beyond_its_torque_and_a_self_locking_one_never(
     // The bristle at breakaway is deflected by μ_s/σ0 = 5e-4 rad.
     let (below, beyond) = (turned(0.6, 0.9 * torque), turned(0.6, 1.1 * torque));
     assert!(below < 2e-3 && beyond > 0.1, "{below} and {beyond} rad");
+    // μ_s k_e = 1: the torque would be infinite.
+    let load = TorqueLoadParameters { external_share: 0.15_f64.recip(), ..LOAD };
+    let audit = gear_of(load).audit(1.0, 5.0).unwrap();
+    assert!(audit.static_locking == 1.0 && audit.back_driving_torque.is_none(), "{audit:?}");
     // μ_d k_e = 1.1
     let load = TorqueLoadParameters { external_share: 11.0, ..LOAD };
     let audit = gear_of(load).audit(1.0, 5.0).unwrap();
