@@ -35,13 +35,13 @@ impl<'a, T> Inputs<'a, T> {
 pub struct ContactState<T: Scalar, D: Deflection<T> = T> {
     load: T,
     /// W v at the beginning of the last step.
-    before: Option<T>,
+    pub(crate) before: Option<T>,
     deflection: D,
     /// Energy dissipated by slipping back when the load changed.
     slipped: T,
-    frozen: Option<CompanionStep<T, D>>,
+    pub(crate) frozen: Option<CompanionStep<T, D>>,
     /// Mean sliding velocity of the last step.
-    mean: T,
+    pub(crate) mean: T,
 }
 
 impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
@@ -73,21 +73,6 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         let done = self.frozen.map_or(none, |step| step.commit(self.mean));
         let (stored, dissipated) = (done.stored - self.slipped, done.dissipated + self.slipped);
         CompletedStep { stored, dissipated, ..done }
-    }
-
-    /// Mean sliding velocity of the last step.
-    pub(crate) fn mean(&self) -> T {
-        self.mean
-    }
-
-    /// W v at the beginning of the last step.
-    pub(crate) fn before(&self) -> Option<T> {
-        self.before
-    }
-
-    /// The last step.
-    pub(crate) fn frozen(&self) -> Option<&CompanionStep<T, D>> {
-        self.frozen.as_ref()
     }
 
     /// Forgets the velocities before: after an impact, or any other jump of a velocity.
@@ -182,7 +167,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         companions: &[Companion<T, M>],
         contacts: &mut [ContactState<T, M::Deflection>],
     ) -> Checked<()> {
-        self.check_step(inputs, &motion, companions, contacts)?;
+        self.check_step(inputs, [&*motion.position, motion.velocity], companions, contacts)?;
         let (structure, duration) = (self.structure, forwards(duration));
         if let ([x], [v], [state]) = (&mut *motion.position, &mut *motion.velocity, &mut *contacts)
             && structure.is_reduced()
@@ -232,20 +217,16 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     pub(crate) fn check_step<M: Bristle<T>>(
         &self,
         inputs: &Inputs<'_, T>,
-        motion: &Motion<'_, T>,
+        motion: [&[T]; 2],
         companions: &[Companion<T, M>],
         contacts: &[ContactState<T, M::Deflection>],
     ) -> Checked<()> {
         let count = self.rows.contacts();
         self.check_motion(inputs.force, motion)?;
         self.check_contacts(companions, contacts)?;
-        if !inputs.prescribed.is_empty() {
-            check_length("prescribed velocities", inputs.prescribed, count)?;
-        }
-        if !inputs.load.is_empty() {
-            check_length("loads", inputs.load, count)?;
-        }
-        Ok(())
+        let given = [("prescribed velocities", inputs.prescribed), ("loads", inputs.load)];
+        let mut given = given.into_iter().filter(|(_, values)| !values.is_empty());
+        given.try_for_each(|(name, values)| check_length(name, values, count))
     }
 
     /// Refuses other counts of companions and states.

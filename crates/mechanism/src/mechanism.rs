@@ -81,32 +81,22 @@ pub(crate) enum Which {
 impl Which {
     pub(crate) const ALL: [Self; 3] = [Self::Mass, Self::Damping, Self::Stiffness];
 
-    /// The name of its entries, all together.
-    fn entries(self) -> &'static str {
-        match self {
-            Self::Mass => "entries of mass",
-            Self::Damping => "entries of damping",
-            Self::Stiffness => "entries of stiffness",
-        }
-    }
-
-    /// The names of an entry on the diagonal, of one before it in its row, and of a pivot.
-    fn names(self) -> [&'static str; 3] {
-        match self {
-            Self::Mass => ["mass", "entry of mass in row", "pivot of mass"],
-            Self::Damping => ["damping", "entry of damping in row", "pivot of damping"],
-            Self::Stiffness => ["stiffness", "entry of stiffness in row", "pivot of stiffness"],
-        }
+    fn names(self) -> [&'static str; 4] {
+        NAMES[self as usize]
     }
 }
 
+/// The names of the entries all together, of one on the diagonal, of one before it in its row, and
+/// of a pivot.
+const NAMES: [[&str; 4]; 3] = [
+    ["entries of mass", "mass", "entry of mass in row", "pivot of mass"],
+    ["entries of damping", "damping", "entry of damping in row", "pivot of damping"],
+    ["entries of stiffness", "stiffness", "entry of stiffness in row", "pivot of stiffness"],
+];
+
 impl<T: Scalar> Matrices<'_, T> {
     fn of(&self, which: Which) -> &[T] {
-        match which {
-            Which::Mass => self.mass,
-            Which::Damping => self.damping,
-            Which::Stiffness => self.stiffness,
-        }
+        [self.mass, self.damping, self.stiffness][which as usize]
     }
 
     /// The number of coordinates that the masses make, if they make any.
@@ -126,7 +116,7 @@ impl<T: Scalar> Matrices<'_, T> {
         for which in Which::ALL {
             let given = self.of(which);
             if !given.is_empty() || which == Which::Mass {
-                check_length(which.entries(), given, wanted)?;
+                check_length(which.names()[0], given, wanted)?;
             }
         }
         Ok(coordinates)
@@ -316,16 +306,16 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     /// E = ½ vᵀ M v + ½ xᵀ K x \[J\], without that of the bristles. NaN for slices of other
     /// lengths.
     pub fn energy(&self, position: &[T], velocity: &[T]) -> T {
-        lit::<T>(0.5) * (self.form(0, velocity) + self.form(2, position))
+        lit::<T>(0.5) * (self.form(Which::Mass, velocity) + self.form(Which::Stiffness, position))
     }
 
     /// vᵀ C v \[W\]. NaN for a slice of another length.
     pub fn damped_power(&self, velocity: &[T]) -> T {
-        self.form(1, velocity)
+        self.form(Which::Damping, velocity)
     }
 
     /// xᵀ A x of one of the stored matrices.
-    fn form(&self, which: usize, x: &[T]) -> T {
+    fn form(&self, which: Which, x: &[T]) -> T {
         if x.len() == self.coordinates {
             band::quadratic(self.width(), self.matrix(which), x)
         } else {
@@ -334,8 +324,8 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     }
 
     /// M, C or K as it is stored.
-    pub(crate) fn matrix(&self, which: usize) -> &[T] {
-        let size = self.coordinates * self.width();
+    pub(crate) fn matrix(&self, which: Which) -> &[T] {
+        let (which, size) = (which as usize, self.coordinates * self.width());
         self.storage.as_ref().get(which * size..(which + 1) * size).unwrap_or(&[])
     }
 }
@@ -376,7 +366,7 @@ fn check<T: Scalar>(
     entries: &impl Entries<T>,
     room: &mut [T],
 ) -> Checked<()> {
-    let [name, beside, pivots] = which.names();
+    let [_, name, beside, pivots] = which.names();
     // The roundings of L D Lᵀ, relative to the diagonal: N. J. Higham, "Accuracy and Stability of
     // Numerical Algorithms" (2002), theorems 10.5 and 10.7.
     let rounding = T::default_epsilon() * lit(8.0 * (width + 1) as f64);

@@ -67,6 +67,16 @@ pub(crate) fn along<T: Scalar>(row: &[(usize, T)], x: &[T]) -> T {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
+/// v ← v + Wᵀ s of one contact.
+#[inline(always)]
+pub(crate) fn spread<T: Scalar>(row: &[(usize, T)], by: T, into: &mut [T]) {
+    for &(place, factor) in row {
+        if let Some(sum) = into.get_mut(place) {
+            *sum += factor * by;
+        }
+    }
+}
+
 /// Refuses a contact on nothing, on a coordinate that is not there, and factors that are not
 /// finite. With a half-width, two coordinates that lie farther apart.
 pub(crate) fn check<T: Scalar>(

@@ -2,7 +2,7 @@
 
 use crate::band;
 use crate::mechanism::{LinearMechanism, Storage, Structure};
-use crate::rows::{Rows, along};
+use crate::rows::{Rows, along, spread};
 use bristle::Scalar;
 use bristle::parameter::{Checked, Named};
 use bristle::scalar::{is_zero, lit};
@@ -67,7 +67,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         sources: Sources<'_, T>,
     ) -> Checked<()> {
         let contacts = self.rows.contacts();
-        self.check_motion(force, &motion)?;
+        self.check_motion(force, [&*motion.position, motion.velocity])?;
         check_length("biases", sources.bias, contacts)?;
         check_length("dampings", sources.damping, contacts)?;
         check_length("sliding velocities", sources.sliding, contacts)?;
@@ -95,10 +95,10 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         self.storage.as_ref().get(end - n..end).unwrap_or(&[])
     }
 
-    pub(crate) fn check_motion(&self, force: &[T], motion: &Motion<'_, T>) -> Checked<()> {
+    pub(crate) fn check_motion(&self, force: &[T], [position, velocity]: [&[T]; 2]) -> Checked<()> {
         check_length("forces", force, self.coordinates)?;
-        check_length("positions", motion.position, self.coordinates)?;
-        check_length("velocities", motion.velocity, self.coordinates)
+        check_length("positions", position, self.coordinates)?;
+        check_length("velocities", velocity, self.coordinates)
     }
 
     /// The contacts and the storage, for a step of a length, with A factored for it.
@@ -127,11 +127,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         band::factor(width, parts.factors, |_, _| ());
         for (contact, response) in parts.responses.chunks_exact_mut(n).enumerate() {
             response.fill(T::zero());
-            for &(place, factor) in rows.row(contact) {
-                if let Some(entry) = response.get_mut(place) {
-                    *entry += factor;
-                }
-            }
+            spread(rows.row(contact), T::one(), response);
             band::solve(width, parts.factors, response);
         }
         for (contact, coupled) in parts.coupling.chunks_exact_mut(m).enumerate() {
