@@ -47,13 +47,12 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         let mut deflection = full * share.larger(-T::one()).smaller(T::one());
         let mut before: Option<f64> = None;
         for ((&time, &held), &velocity) in time.iter().zip(held).zip(velocity) {
-            if let Some(before) = before {
+            if let Some(before) = before.replace(time) {
                 let duration = lit((time - before) * part);
                 for _ in 0..substeps {
                     deflection = model.hold(lit::<T>(held), deflection, duration).deflection;
                 }
             }
-            before = Some(time);
             each(model.coefficient(lit::<T>(velocity), deflection) + offset);
         }
         Ok(())
