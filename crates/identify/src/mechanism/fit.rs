@@ -19,7 +19,6 @@ use super::judge::judge;
 use super::ladder::{off_neutral, starts, tried};
 use super::log::DriveLog;
 use super::report::{ExpectedError, JointFit};
-use super::smooth::{SmoothedLog, smooth};
 use super::start::guess;
 use crate::least_squares::{Found, PROBES, minimise};
 use crate::log::{quantile, span};
@@ -125,8 +124,7 @@ impl Settings {
             let row = "a 200th of the median time from row to row (is the time in s?)";
             Named("step", self.step).at_least(row, least)?;
         }
-        Named("largest_sensitivity", self.largest_sensitivity).positive()?;
-        Ok(())
+        Named("largest_sensitivity", self.largest_sensitivity).positive().map(drop)
     }
 }
 
@@ -182,14 +180,13 @@ pub(super) fn fit_candidate(
 ) -> Checked<JointFit> {
     Named("logs", fitted.len()).count(1)?;
     settings.check([fitted, held_out])?;
-    let logs: Vec<SmoothedLog<'_>> = fitted.iter().map(smooth).collect();
-    let guess = guess(joint, &logs)?;
+    let guess = guess(joint, fitted)?;
     let table = joint.table(friction, &guess, fitted.len())?;
     let (fastest, step) = (guess.fastest, settings.step);
     let model = Model { joint: joint.clone(), friction: *friction, table, fastest, step };
     let duration = fitted.iter().map(|log| span(&log.time)).fold(0.0, f64::max);
     let mut stages = Stages {
-        errors: Errors::new(&model, &logs, INVERSE),
+        errors: Errors::new(&model, fitted, INVERSE),
         settings,
         duration,
         range: guess.range,
@@ -212,20 +209,19 @@ pub(super) fn fit_candidate(
         estimate.log = log;
     }
     let values = fit.values();
-    let unseen: Vec<SmoothedLog<'_>> = held_out.iter().map(smooth).collect();
-    let held_out = (!unseen.is_empty()).then(|| model.scores(&values, &unseen));
+    let held_out = (!held_out.is_empty()).then(|| model.scores(&values, held_out));
     let mut result = JointFit {
         friction: *friction,
         fit,
         horizon,
         expected: lengths,
-        fitted: model.scores(&values, &logs)?,
+        fitted: model.scores(&values, fitted)?,
         held_out: held_out.transpose()?,
         gradient_runs: runs,
         run_limit: settings.gradient_runs,
         model,
     };
-    judge(&mut result, &logs);
+    judge(&mut result, fitted);
     Ok(result)
 }
 

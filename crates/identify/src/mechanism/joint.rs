@@ -131,10 +131,9 @@ impl Term {
     pub(super) fn sum<T: Scalar>(terms: &[Self], all: &[T], known: f64, x: T, v: T) -> [T; 3] {
         let (mut sum, mut rest) = ([T::zero(); 3], all);
         for term in terms {
-            let (ours, others) = rest.split_at_checked(term.names().len()).unwrap_or_default();
+            let ours = rest.split_off(..term.names().len()).unwrap_or_default();
             let torque = term.torque(ours, known, x, v);
             sum.iter_mut().zip(torque).for_each(|(sum, part)| *sum += part);
-            rest = others;
         }
         sum
     }
@@ -313,9 +312,8 @@ impl Joint {
         base.push(Parameter::scaled("drag", "N s/m", guess.drag, bounds, 0.1 * viscous));
         let mut found = guess.terms.as_slice();
         for term in &self.terms {
-            let (ours, others) = found.split_at_checked(term.names().len()).unwrap_or_default();
+            let ours = found.split_off(..term.names().len()).unwrap_or_default();
             base.extend(term.parameters(guess, ours));
-            found = others;
         }
         base.extend(friction.parameters(guess));
         let of_friction = Friction::lugre().loaded().directional().parameters(guess);

@@ -6,7 +6,7 @@
 use super::friction::Gear;
 use super::joint::{Model, Term, input};
 use super::log::{DriveLog, Source};
-use super::smooth::{Smoothed, SmoothedLog};
+use super::smooth::Smoothed;
 use bristle::parameter::Checked;
 use bristle::scalar::lit;
 use bristle::{Branch, Bristle, Scalar, Surface};
@@ -21,7 +21,6 @@ type Torque<T> = [T; 3];
 pub(super) struct Plant<'a, T: Scalar> {
     model: &'a Model,
     log: &'a DriveLog,
-    rows: &'a [Smoothed],
     inertia: T,
     /// k_t.
     constant: T,
@@ -40,7 +39,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// From the parameters of all logs, for the log of a number.
     pub(super) fn new(
         model: &'a Model,
-        SmoothedLog { log, rows }: &'a SmoothedLog<'_>,
+        log: &'a DriveLog,
         number: usize,
         values: &[T],
     ) -> Checked<Self> {
@@ -50,7 +49,6 @@ impl<'a, T: Scalar> Plant<'a, T> {
         Ok(Self {
             model,
             log,
-            rows,
             inertia: value("inertia").unwrap_or_else(T::nan) + lit(log.load.inertia),
             constant,
             gain: value("resistance").map_or(constant, |resistance| constant / resistance),
@@ -83,7 +81,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let drive = self.drive(row, share, half);
         let Source::Duty { gain, supply } = &log.source else {
             let torque = self.driven(drive, zero, v);
-            let measured = self.rows.get(row).zip(self.rows.get(row + 1)).filter(|_| log.noisy);
+            let measured = log.rows.get(row).zip(log.rows.get(row + 1)).filter(|_| log.noisy);
             let loading = measured.map_or(torque[0], |(here, next)| {
                 let [here, next] = [here, next].map(|row| self.effort(row));
                 self.driven(here + lit::<T>(share) * (next - here), zero, v)[0]

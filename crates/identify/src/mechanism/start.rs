@@ -11,7 +11,7 @@ use super::friction::Friction;
 use super::joint::{Joint, Model, Term};
 use super::log::{DriveLog, Source};
 use super::plant::Plant;
-use super::smooth::{Smoothed, SmoothedLog};
+use super::smooth::Smoothed;
 use crate::least_squares::{Found, minimise};
 use crate::log::range;
 use crate::problem::Objective;
@@ -57,9 +57,9 @@ fn given(joint: &Joint, name: &'static str, unit: &'static str) -> Checked<Param
 }
 
 /// Values that suit the logs.
-pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Checked<Guess> {
-    let any = |of: fn(&Source) -> bool| logs.iter().any(|smoothed| of(&smoothed.log.source));
-    let largest = |of: fn(&DriveLog) -> f64| logs.iter().map(|one| of(one.log)).fold(0.0, f64::max);
+pub(super) fn guess(joint: &Joint, logs: &[DriveLog]) -> Checked<Guess> {
+    let any = |of: fn(&Source) -> bool| logs.iter().any(|log| of(&log.source));
+    let largest = |of: fn(&DriveLog) -> f64| logs.iter().map(of).fold(0.0, f64::max);
     let (is_other, is_electric) = (any(|it| *it != Source::Torque), any(Source::is_electric));
     let constant = is_other.then(|| given(joint, "torque_constant", "N/A")).transpose()?;
     let resistance = is_electric.then(|| given(joint, "resistance", "Ω")).transpose()?;
@@ -115,7 +115,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Checked<Guess> {
 }
 
 /// The least squares of the equation of motion, from sizes.
-fn refine(joint: &Joint, logs: &[SmoothedLog<'_>], mut guess: Guess) -> Checked<Guess> {
+fn refine(joint: &Joint, logs: &[DriveLog], mut guess: Guess) -> Checked<Guess> {
     let friction = Friction::coulomb();
     let table = joint.table(&friction, &guess, logs.len())?;
     let fastest = guess.fastest;
@@ -162,7 +162,7 @@ fn refine(joint: &Joint, logs: &[SmoothedLog<'_>], mut guess: Guess) -> Checked<
 /// The equation of motion along rows that move.
 struct Moving<'a> {
     model: &'a Model,
-    logs: &'a [SmoothedLog<'a>],
+    logs: &'a [DriveLog],
     /// Least speed [rad/s].
     slowest: f64,
     /// Every so many rows count.
@@ -171,11 +171,11 @@ struct Moving<'a> {
 
 impl Objective for Moving<'_> {
     fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()> {
-        for (number, smoothed) in self.logs.iter().enumerate() {
-            let plant = Plant::new(self.model, smoothed, number, values)?;
+        for (number, log) in self.logs.iter().enumerate() {
+            let plant = Plant::new(self.model, log, number, values)?;
             let coulomb = self.model.table.value(values, number, "coulomb_torque");
             let coulomb = coulomb.unwrap_or_else(T::nan);
-            for row in smoothed.rows.iter().step_by(self.every) {
+            for row in log.rows.iter().step_by(self.every) {
                 if row.velocity.abs() >= self.slowest {
                     each(plant.remaining(row) - coulomb * lit(row.velocity.signum()));
                 }
