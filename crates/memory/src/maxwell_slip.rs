@@ -469,7 +469,6 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
     fn obeys(&self, law: Law) -> bool {
         match law {
             Law::SteadySliding | Law::Passivity | Law::NoDrift => true,
-            Law::Secant | Law::BoundedForce => false,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.damping_time > T::zero(),
             Law::OddSymmetry => self.curve.is_even(),
