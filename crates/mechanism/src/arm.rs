@@ -29,7 +29,7 @@ use core::mem::take;
 
 use crate::band::place;
 use crate::contacts::{ContactState, Step};
-use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which, part};
+use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which};
 use crate::rows::Rows;
 use crate::step::{Motion, check_length, forwards};
 use bristle::companion::Companion;
@@ -170,11 +170,11 @@ pub(crate) struct Room<'a, T> {
 
 impl<'a, T: Scalar> Room<'a, T> {
     pub(crate) fn new(mut rest: &'a mut [T], n: usize, contacts: usize) -> Self {
-        let kept = part(&mut rest, KEPT * n);
-        let mut next = || part(&mut rest, n);
-        let [position, velocity, gravity, torque] = [(); 4].map(|()| next());
-        let (turned, adjoint) = ([(); 3].map(|()| next()), [(); 3].map(|()| next()));
-        let load = part(&mut rest, contacts);
+        let mut next = |count| rest.split_off_mut(..count).unwrap_or_default();
+        let kept = next(KEPT * n);
+        let [position, velocity, gravity, torque] = [n; 4].map(&mut next);
+        let (turned, adjoint) = ([n; 3].map(&mut next), [n; 3].map(&mut next));
+        let load = next(contacts);
         Self { kept, position, velocity, gravity, torque, turned, adjoint, load }
     }
 
@@ -300,7 +300,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         let ArmMotion { position, velocity, acceleration } = motion;
         self.check([position, velocity, acceleration], companions, contacts)?;
         let (n, gravity) = (self.mechanism.coordinates(), self.gravity);
-        let (duration, structure) = (forwards(duration), structure(n));
+        let duration = forwards(duration);
         let (rows, mut parts) = self.mechanism.prepared(duration);
         let mut room = Room::new(take(&mut parts.room), n, contacts.len());
         let predicted = [&*position, velocity, acceleration];
@@ -308,7 +308,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         drive(room.middle(contacts));
         room.assemble(parts.mass, parts.acceleration);
         let motion = Motion { position, velocity };
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         parts.step(&step, [&[], room.load], motion, contacts);
         acceleration.copy_from_slice(parts.acceleration);
         Ok(())

@@ -1,6 +1,6 @@
 //! Contacts of one axis in a step of the mechanism: predictor, load, companion and ledger.
 
-use crate::mechanism::{LinearMechanism, Storage, Structure};
+use crate::mechanism::{LinearMechanism, Storage};
 use crate::rows::{Rows, along};
 use crate::step::{Motion, Parts, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction};
@@ -168,16 +168,16 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         contacts: &mut [ContactState<T, M::Deflection>],
     ) -> Checked<()> {
         self.check_step(inputs, [&*motion.position, motion.velocity], companions, contacts)?;
-        let (structure, duration) = (self.structure, forwards(duration));
+        let duration = forwards(duration);
         if let ([x], [v], [state]) = (&mut *motion.position, &mut *motion.velocity, &mut *contacts)
-            && structure.is_reduced()
+            && self.structure.is_reduced()
         {
             self.step_of_one(duration, inputs, [x, v], companions, state);
             return Ok(());
         }
         let (rows, mut parts) = self.prepared(duration);
         parts.acceleration.copy_from_slice(inputs.force);
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         parts.step(&step, [inputs.prescribed, inputs.load], motion, contacts);
         Ok(())
     }
@@ -194,13 +194,13 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         state: &mut ContactState<T, M::Deflection>,
     ) {
         self.prepare(duration);
-        let (structure, rows, half) = (self.structure, &self.rows, lit::<T>(0.5) * duration);
+        let (rows, half) = (&self.rows, lit::<T>(0.5) * duration);
         let (Some(numbers), &[force]) = (self.storage.as_mut().first_chunk_mut(), inputs.force)
         else {
             return;
         };
         let [_, damping, stiffness, reciprocal, response, coupling, _, _, mean_velocity] = numbers;
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         let acting = [inputs.prescribed, inputs.load];
         let [sliding, bias, damper] = step.freeze(0, &[*v], acting, state);
         let free = (force - (*stiffness * (*x + half * *v) + *damping * *v)) * *reciprocal;
@@ -245,7 +245,6 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
 
 /// A step of contacts with companions of a model.
 pub(crate) struct Step<'a, T, R, M> {
-    pub(crate) structure: Structure,
     pub(crate) duration: T,
     pub(crate) companions: &'a [Companion<T, M>],
     pub(crate) rows: &'a R,
@@ -281,12 +280,12 @@ impl<T: Scalar> Parts<'_, T> {
         motion: Motion<'_, T>,
         contacts: &mut [ContactState<T, M::Deflection>],
     ) {
-        let &Step { structure, duration, rows, .. } = step;
+        let &Step { duration, rows, .. } = step;
         let room = self.bias.iter_mut().zip(&mut *self.dampers).zip(&mut *self.sliding);
         for (k, (((bias, damper), sliding), state)) in room.zip(&mut *contacts).enumerate() {
             [*sliding, *bias, *damper] = step.freeze(k, motion.velocity, acting, state);
         }
-        self.solve(structure, duration, motion, rows);
+        self.solve(duration, motion, rows);
         for (state, &mean) in contacts.iter_mut().zip(&*self.sliding) {
             state.commit(mean);
         }

@@ -1,7 +1,5 @@
 //! The matrices of a mechanism, checked, and where its numbers are stored.
 
-use core::mem::take;
-
 use crate::band;
 use crate::rows::{self, Rows};
 use crate::step::{Parts, check_length};
@@ -274,8 +272,9 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         let matrix = n * self.structure.width(n);
         let reduced = if self.structure.is_reduced() { m } else { 0 };
         let mut rest = self.storage.as_mut();
-        let mut next = |count| part(&mut rest, count);
+        let mut next = |count| rest.split_off_mut(..count).unwrap_or_default();
         let parts = Parts {
+            structure: self.structure,
             mass: next(matrix),
             damping: next(matrix),
             stiffness: next(matrix),
@@ -327,17 +326,6 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     pub(crate) fn matrix(&self, which: Which) -> &[T] {
         let (which, size) = (which as usize, self.coordinates * self.width());
         self.storage.as_ref().get(which * size..(which + 1) * size).unwrap_or(&[])
-    }
-}
-
-/// The first numbers of a storage, which it then has no more; none if it has not so many.
-pub(crate) fn part<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    match take(rest).split_at_mut_checked(count) {
-        Some((part, after)) => {
-            *rest = after;
-            part
-        }
-        None => &mut [],
     }
 }
 

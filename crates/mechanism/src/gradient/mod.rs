@@ -70,9 +70,9 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         self.check_step(inputs, [&*position, velocity], companions, contacts[0])?;
         check_length("derivatives by forces", force, self.coordinates)?;
         self.check_gradient(companions, contacts[1], by_contacts, gradient)?;
-        let (structure, duration) = (self.structure, forwards(duration));
+        let duration = forwards(duration);
         let (rows, mut parts) = self.prepared(duration);
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         force.fill(T::zero());
         let by = [position, velocity, force];
         parts.pull_back(&step, inputs.prescribed, contacts, by, by_contacts, gradient);
@@ -111,8 +111,8 @@ impl<T: Scalar> Parts<'_, T> {
         adjoints: &mut [ContactAdjoint<T>],
         gradient: &mut [T],
     ) {
-        let &Step { structure, duration, companions, rows } = step;
-        let (half, width) = (lit::<T>(0.5) * duration, structure.width(position.len()));
+        let &Step { duration, companions, rows } = step;
+        let (half, width) = (lit::<T>(0.5) * duration, self.structure.width(position.len()));
         for (i, x) in position.iter().enumerate() {
             velocity[i] += duration * *x;
             self.acceleration[i] = acceleration[i] + duration * velocity[i] - half * duration * *x;
@@ -123,7 +123,7 @@ impl<T: Scalar> Parts<'_, T> {
         }
         self.bias.fill(T::zero());
         self.sliding.fill(T::zero());
-        self.accelerate(structure, half, rows);
+        self.accelerate(half, rows);
         let (y, middle) = (&*self.acceleration, &mut *self.mean_velocity);
         middle.fill(T::zero());
         let matrices = [&*self.stiffness, &*self.damping];
