@@ -146,9 +146,8 @@ fn squares_left_out(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Checked<Vec<f64>> {
-    let table = &fit.model.table;
     let mut errors = Errors::new(&fit.model, logs, horizon);
-    let mut parameters = table.parameters.clone();
+    let mut parameters = fit.model.parameters.clone();
     begin_at(&mut parameters, &fit.fit.values());
     let (iterations, tolerance) = (settings.gradient_runs, 10.0 * settings.tolerance);
     let search = SearchSettings { iterations, tolerance, starts: 1 };
@@ -170,7 +169,7 @@ fn squares_left_out(
         let found = minimise(&errors, &parameters, &search, 0, &mut watch)?;
         gradient_runs += found.iterations;
         errors.weights = weights(true);
-        let values = table.without(found.values, |log| parts == 1 && log % folds == out);
+        let values = fit.model.without(found.values, |log| parts == 1 && log % folds == out);
         let (Ok(left), false) = (errors.by_log(&values), found.outcome == SearchOutcome::Stopped)
         else {
             return Ok(Vec::new());

@@ -211,10 +211,10 @@ mod tests {
             .start("drag", 0.01)
             .start("coulomb_torque", 0.1);
         let guess = guess(&joint, &logs).unwrap();
-        let table = joint.table(&friction, &guess, 1).unwrap();
-        let model = Model { joint, friction, table, fastest: 20.0, step: 1e-3 };
+        let model = joint.model(&friction, &guess, 1).unwrap();
+        let model = Model { fastest: 20.0, step: 1e-3, ..model };
         let errors = Errors::new(&model, &logs, length);
-        let parameters = &model.table.parameters;
+        let parameters = &model.parameters;
         let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
         let searched = |(_, p): &(usize, &crate::Parameter)| p.least < p.most;
         for (i, parameter) in parameters.iter().enumerate().filter(searched) {

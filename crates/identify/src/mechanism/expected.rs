@@ -86,7 +86,6 @@ impl Stages<'_> {
     /// Compares lengths of the last segments, if a drive is noisy, and takes that of the least
     /// errors.
     pub(super) fn compare_lengths(&mut self) -> Checked<()> {
-        self.expected.clear();
         if is_command(self.errors.logs) {
             return Ok(());
         }

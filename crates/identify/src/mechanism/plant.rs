@@ -43,7 +43,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         number: usize,
         values: &[T],
     ) -> Checked<Self> {
-        let value = |name: &str| model.table.value(values, number, name);
+        let value = |name: &str| model.value(values, number, name);
         let constant = value("torque_constant").unwrap_or_else(T::one);
         let names = model.joint.terms.iter().flat_map(Term::names);
         Ok(Self {

@@ -119,7 +119,7 @@ impl Model {
 
     /// Refuses logs of a drive whose constants are not among the parameters.
     fn check(&self, logs: &[DriveLog]) -> Checked<()> {
-        let has = |name| self.table.parameters.iter().any(|parameter| parameter.name == name);
+        let has = |name| self.parameters.iter().any(|parameter| parameter.name == name);
         let (constant, resistance) = (has("torque_constant"), has("resistance"));
         let is_ours = |log: &DriveLog| {
             (constant || log.source == Source::Torque) && (resistance || !log.source.is_electric())
@@ -132,7 +132,7 @@ impl Model {
 impl JointFit {
     /// The value of a parameter by its name; of those that each log has for itself, the mean.
     pub fn value(&self, name: &str) -> Option<f64> {
-        self.model.table.value(&self.fit.values(), usize::MAX, name)
+        self.model.value(&self.fit.values(), usize::MAX, name)
     }
 
     /// Number of parameters that were searched.

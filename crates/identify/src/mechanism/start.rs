@@ -116,14 +116,11 @@ pub(super) fn guess(joint: &Joint, logs: &[DriveLog]) -> Checked<Guess> {
 
 /// The least squares of the equation of motion, from sizes.
 fn refine(joint: &Joint, logs: &[DriveLog], mut guess: Guess) -> Checked<Guess> {
-    let friction = Friction::coulomb();
-    let table = joint.table(&friction, &guess, logs.len())?;
-    let fastest = guess.fastest;
-    let model = Model { joint: joint.clone(), friction, table, fastest, step: f64::INFINITY };
+    let model = joint.model(&Friction::coulomb(), &guess, logs.len())?;
     let slowest = 0.1 * guess.speed;
     let rows = || logs.iter().flat_map(|one| &one.rows);
     let moving = rows().filter(|row| row.velocity.abs() >= slowest).count();
-    let mut parameters = model.table.parameters.clone();
+    let mut parameters = model.parameters.clone();
     Named("rows that move", moving).count(parameters.len() + 1)?;
     let every = rows().count().div_ceil(MOST_ROWS);
     let moving = Moving { model: &model, logs, slowest, every };
@@ -149,7 +146,7 @@ fn refine(joint: &Joint, logs: &[DriveLog], mut guess: Guess) -> Checked<Guess> 
         }
     }
     let Some(found) = best else { return Ok(guess) };
-    let value = |name: &str| model.table.value(&found.values, usize::MAX, name).unwrap_or(0.0);
+    let value = |name: &str| model.value(&found.values, usize::MAX, name).unwrap_or(0.0);
     // Of a drive with the wrong sign, neither inertia nor friction is left.
     let left = (value("inertia") / guess.inertia).max(value("coulomb_torque") / guess.coulomb);
     let rule = "be positive: does the drive have the sign of the position, and both SI units?";
@@ -173,7 +170,7 @@ impl Objective for Moving<'_> {
     fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()> {
         for (number, log) in self.logs.iter().enumerate() {
             let plant = Plant::new(self.model, log, number, values)?;
-            let coulomb = self.model.table.value(values, number, "coulomb_torque");
+            let coulomb = self.model.value(values, number, "coulomb_torque");
             let coulomb = coulomb.unwrap_or_else(T::nan);
             for row in log.rows.iter().step_by(self.every) {
                 if row.velocity.abs() >= self.slowest {
