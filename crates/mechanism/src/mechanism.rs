@@ -243,11 +243,11 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
 
     /// Checks all matrices in the room of the factors, then stores them.
     fn load(&mut self, entries: &impl Entries<T>) -> Checked<()> {
-        let (width, coordinates) = (self.width(), self.coordinates);
+        let width = self.width();
         self.duration = T::nan();
         let (_, parts) = self.split();
         for which in Which::ALL {
-            check(which, width, coordinates, entries, parts.factors)?;
+            check(which, width, entries, parts.factors)?;
         }
         for (which, matrix) in
             Which::ALL.into_iter().zip([parts.mass, parts.damping, parts.stiffness])
@@ -350,7 +350,6 @@ const BOUNDED: &str = "be at most √(aᵢᵢ aⱼⱼ): the matrix must not have
 fn check<T: Scalar>(
     which: Which,
     width: usize,
-    coordinates: usize,
     entries: &impl Entries<T>,
     room: &mut [T],
 ) -> Checked<()> {
@@ -380,19 +379,18 @@ fn check<T: Scalar>(
     for (i, row) in room.chunks_exact_mut(width).enumerate() {
         ParameterError::of_component(i, fill(i, row))?;
     }
-    let mut refused = None;
-    band::factor(width, &mut room[..coordinates * width], |i, pivot| {
+    let rule = if definite {
+        "be positive: the matrix must be positive definite"
+    } else {
+        "not be negative: the matrix must not have a negative eigenvalue"
+    };
+    let mut last = Ok(T::one());
+    band::factor(width, room, |i, pivot| {
         let least = if definite { entries.entry(which, i, i) * rounding } else { T::zero() };
-        if refused.is_none() && !(pivot > least) {
-            refused = Some((i, pivot));
+        let pivot = Named(pivots, pivot);
+        if last.is_ok() {
+            last = ParameterError::of_component(i, pivot.stated(pivot.1 > least, rule));
         }
     });
-    refused.map_or(Ok(()), |(i, pivot)| {
-        let rule = if definite {
-            "be positive: the matrix must be positive definite"
-        } else {
-            "not be negative: the matrix must not have a negative eigenvalue"
-        };
-        ParameterError::of_component(i, Named(pivots, pivot).stated(false, rule).map(drop))
-    })
+    last.map(drop)
 }
