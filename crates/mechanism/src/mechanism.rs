@@ -209,7 +209,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         let needed = structure.storage(coordinates, rows.contacts());
         Named("numbers of storage", storage.as_ref().len()).count(needed)?;
         let mut mechanism = Self { structure, coordinates, duration: T::nan(), rows, storage };
-        mechanism.check_rows(&mechanism.rows)?;
+        rows::check(&mechanism.rows, structure, coordinates)?;
         mechanism.load(entries)?;
         Ok(mechanism)
     }
@@ -227,18 +227,10 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         let (coordinates, contacts) = (self.coordinates, self.rows.contacts());
         Named("coordinates", matrices.coordinates()?).count_between(coordinates, coordinates)?;
         Named("contacts", rows.contacts()).count_between(contacts, contacts)?;
-        self.check_rows(&rows)?;
+        rows::check(&rows, self.structure, self.coordinates)?;
         self.load(&(matrices, self.coordinates))?;
         self.rows = rows;
         Ok(())
-    }
-
-    fn check_rows(&self, rows: &R) -> Checked<()> {
-        let band = match self.structure {
-            Structure::Banded { half_bandwidth } => half_bandwidth,
-            _ => self.coordinates,
-        };
-        rows::check(rows, self.coordinates, band)
     }
 
     /// Checks all matrices in the room of the factors, then stores them.
