@@ -57,12 +57,26 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) factors: Vec<SMatrix<f64, N, N>>,
     /// The steps: how long they last \[s\], and the state at their end.
     pub(crate) steps: Vec<(f64, SVector<f64, N>)>,
+    /// By how many time constants of the quickest motion the last factor goes on.
+    turned: f64,
 }
 
 impl<const N: usize> Flow<N> {
     /// Φ over the whole run, in units of the scales.
     pub(crate) fn product(&self) -> SMatrix<f64, N, N> {
         self.factors.iter().fold(SMatrix::identity(), |product, factor| factor * product)
+    }
+
+    /// Appends a factor, or multiplies the last one by it as long as that loses no digits.
+    fn push(&mut self, factor: SMatrix<f64, N, N>, turned: f64) {
+        self.turned += turned;
+        match self.factors.last_mut() {
+            Some(last) if self.turned <= TOGETHER => *last = factor * *last,
+            _ => {
+                self.factors.push(factor);
+                self.turned = turned;
+            }
+        }
     }
 }
 
@@ -91,32 +105,32 @@ impl<S: System<f64, N, K>, const N: usize, const K: usize> Running<'_, S, N, K> 
     pub(crate) fn flow(&self, (start_time, start): Start<N>, duration: f64) -> Answer<Flow<N>> {
         Named("period", duration).positive()?;
         let Cyclic { scales, samples, .. } = *self.cyclic;
-        let mut end = start;
-        let (mut factors, mut steps) = (Factors { list: Vec::new(), turned: 0.0 }, Vec::new());
+        let mut flow = Flow { end: start, factors: Vec::new(), steps: Vec::new(), turned: 0.0 };
         let part = samples.map_or(duration, |(time, _)| time);
         let parts = Named("samples", (duration / part).round()).between(1.0, MOST_SAMPLES)?;
         for part_start in (0..parts as u32).map(|index| start_time + f64::from(index) * part) {
             if let Some((_, jump)) = samples {
-                end = jump * end;
+                flow.end = jump * flow.end;
                 let scaled = |i, j| jump[(i, j)] * scales[j] / scales[i];
-                factors.push(SMatrix::from_fn(scaled), 0.0);
+                flow.push(SMatrix::from_fn(scaled), 0.0);
             }
-            let (span, mut failed) = (part_start..part_start + part, Ok(()));
+            let (span, from) = (part_start..part_start + part, flow.end);
+            let mut failed = Ok(());
             let mut observer = |step: &Step<f64, N>| {
-                steps.push((step.end_time() - step.start_time(), *step.end()));
-                failed = self.append(step, &mut factors);
+                flow.steps.push((step.end_time() - step.start_time(), *step.end()));
+                failed = self.append(step, &mut flow);
                 if failed.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             };
             let solver = self.cyclic.solver(part)?;
-            let run = solver.stream(self.system, span, end, &[], &mut observer);
-            end = self.cyclic.counted(run.map_err(Box::new), |it| it.statistics)?.state;
+            let run = solver.stream(self.system, span, from, &[], &mut observer);
+            flow.end = self.cyclic.counted(run.map_err(Box::new), |it| it.statistics)?.state;
             failed?;
         }
         if samples.is_some() {
             let rest = duration - parts * part;
-            end += self.rate(start_time, &end)?.component_mul(&scales) * rest;
+            flow.end += self.rate(start_time, &flow.end)?.component_mul(&scales) * rest;
         }
-        Ok(Flow { end, factors: factors.list, steps })
+        Ok(flow)
     }
 
     /// The rate of the system over the scales [1/s].
@@ -154,7 +168,7 @@ impl<S: System<f64, N, K>, const N: usize, const K: usize> Running<'_, S, N, K> 
     }
 
     /// Appends the factors of a step.
-    fn append(&self, step: &Step<f64, N>, factors: &mut Factors<N>) -> Answer<()> {
+    fn append(&self, step: &Step<f64, N>, flow: &mut Flow<N>) -> Answer<()> {
         let Self { system, cyclic: Cyclic { scales, left: steps, .. } } = self;
         let (start, length) = (step.start_time(), step.end_time() - step.start_time());
         if length == 0.0 {
@@ -179,30 +193,9 @@ impl<S: System<f64, N, K>, const N: usize, const K: usize> Running<'_, S, N, K> 
         for part in 0..parts as usize {
             let node = |offset: f64| jacobian((part as f64 + 0.5 + offset) / parts);
             let nodes = [node(-gauss)?, node(0.0)?, node(gauss)?];
-            factors.push(exponential(&magnus(&nodes, length / parts)), turned / parts);
+            flow.push(exponential(&magnus(&nodes, length / parts)), turned / parts);
         }
         Ok(())
-    }
-}
-
-/// The factors of Φ, the first first.
-struct Factors<const N: usize> {
-    list: Vec<SMatrix<f64, N, N>>,
-    /// By how many time constants of the quickest motion the last one goes on.
-    turned: f64,
-}
-
-impl<const N: usize> Factors<N> {
-    /// Appends a factor, or multiplies the last one by it as long as that loses no digits.
-    fn push(&mut self, factor: SMatrix<f64, N, N>, turned: f64) {
-        self.turned += turned;
-        match self.list.last_mut() {
-            Some(last) if self.turned <= TOGETHER => *last = factor * *last,
-            _ => {
-                self.list.push(factor);
-                self.turned = turned;
-            }
-        }
     }
 }
 
