@@ -219,11 +219,9 @@ impl fmt::Display for Comparison {
         for (friction, error) in &self.refused {
             writeln!(f, "| {friction} | refused: {error} |")?;
         }
-        match self.named() {
-            Some(named) => {
-                write!(f, "\nnamed, the simplest within one standard error of the best:\n{named}")
-            }
-            None => writeln!(f, "\nno search has converged: no candidate is named"),
-        }
+        let Some(named) = self.named() else {
+            return writeln!(f, "\nno search has converged: no candidate is named");
+        };
+        write!(f, "\nnamed, the simplest within one standard error of the best:\n{named}")
     }
 }

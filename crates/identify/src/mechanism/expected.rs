@@ -183,9 +183,8 @@ impl Stages<'_> {
             fit.estimates.iter_mut().zip(values).for_each(|(e, value)| e.value = value);
         }
         for ((estimate, size), slope) in fit.estimates.iter_mut().zip(&sizes).zip(slopes) {
-            use Identifiability::{Determined, Uncertain};
             let Estimate { value, standard_error, verdict, .. } = estimate;
-            if [Determined, Uncertain].contains(verdict) {
+            if matches!(verdict, Identifiability::Determined | Identifiability::Uncertain) {
                 *standard_error = (unexplained.sqrt() * *standard_error).hypot(size * slope);
                 *verdict = Identifiability::of(*value, *standard_error);
             }

@@ -193,19 +193,18 @@ impl Friction {
         let (backward, micro_damping) = (or("backward_ratio", one), or("micro_damping", zero));
         let curve = |size: T| -> Checked<AnyCurve<T>> {
             let viscous_friction = zero;
-            Ok(if self.falls() {
-                Stribeck::new(StribeckParameters {
-                    static_coefficient: size * (one + excess),
-                    dynamic_coefficient: size,
-                    stribeck_velocity,
-                    stribeck_exponent: or("stribeck_exponent", lit(2.0)),
-                    viscous_friction,
-                })?
-                .into()
-            } else {
-                Coulomb::new(CoulombParameters { dynamic_coefficient: size, viscous_friction })?
-                    .into()
-            })
+            if !self.falls() {
+                let parameters = CoulombParameters { dynamic_coefficient: size, viscous_friction };
+                return Ok(Coulomb::new(parameters)?.into());
+            }
+            let curve = Stribeck::new(StribeckParameters {
+                static_coefficient: size * (one + excess),
+                dynamic_coefficient: size,
+                stribeck_velocity,
+                stribeck_exponent: or("stribeck_exponent", lit(2.0)),
+                viscous_friction,
+            });
+            Ok(curve?.into())
         };
         let forward = curve(one)?;
         let curve = if self.directional {

@@ -10,7 +10,7 @@ use super::criteria::INVERSE;
 use super::log::DriveLog;
 use super::plant::Plant;
 use super::report::{JointFit, Score};
-use crate::log::range;
+use crate::log::extent;
 use crate::{Identifiability, Remark};
 
 /// Range of positions of a pendulum [rad] that looks like degrees: more than four turns.
@@ -45,9 +45,9 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
     let mut remarks = unexplained;
     remarks.append(&mut result.fit.remarks);
     for (number, log) in logs.iter().enumerate() {
-        let ((least, most), count) = (range(&log.position), log.pieces().len() - 1);
-        let turns = Remark::ManyTurns { log: number, range: most - least };
-        remarks.extend((pendulum && most - least > TURNS).then_some(turns));
+        let (range, count) = (extent(&log.position), log.pieces().len() - 1);
+        let turns = Remark::ManyTurns { log: number, range };
+        remarks.extend((pendulum && range > TURNS).then_some(turns));
         remarks.extend((count > 0).then_some(Remark::Gaps { log: number, count }));
         remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }

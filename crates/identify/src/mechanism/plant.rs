@@ -14,9 +14,6 @@ use bristle_joint::{
     GearFriction, GearTorques, JointMotion, JointState, JointTorques, LoadedDeflection,
 };
 
-/// A torque and its derivatives with respect to position and velocity.
-type Torque<T> = [T; 3];
-
 /// The mechanism of one log.
 pub(super) struct Plant<'a, T: Scalar> {
     model: &'a Model,
@@ -69,11 +66,12 @@ impl<'a, T: Scalar> Plant<'a, T> {
         self.time(row + 1) - self.time(row)
     }
 
-    /// Torque of the motor between a row and the next, at a share of the time between them, and the
-    /// torque of it that loads the gear: that of a measured drive is smoothed. Its noise would load
-    /// and unload the gear in every step, and let a bristle at its limit slip.
+    /// Torque of the motor, with its derivatives by position and velocity, between a row and the
+    /// next, at a share of the time between them, and the torque of it that loads the gear: that of
+    /// a measured drive is smoothed. Its noise would load and unload the gear in every step, and let
+    /// a bristle at its limit slip.
     #[inline]
-    fn motor(&self, row: usize, [share, half]: [f64; 2], x: T, v: T) -> (Torque<T>, T) {
+    fn motor(&self, row: usize, [share, half]: [f64; 2], x: T, v: T) -> ([T; 3], T) {
         let (log, zero) = (self.log, T::zero());
         if !log.enabled.get(row).copied().unwrap_or(false) {
             return ([zero; 3], zero);
@@ -145,9 +143,9 @@ impl<'a, T: Scalar> Plant<'a, T> {
     }
 
     /// Torque of the motor by its own torque, a current, or a voltage that may depend on the
-    /// position.
+    /// position; with its derivatives.
     #[inline]
-    fn driven(&self, effort: T, by_position: T, v: T) -> Torque<T> {
+    fn driven(&self, effort: T, by_position: T, v: T) -> [T; 3] {
         let zero = T::zero();
         match self.log.source {
             Source::Torque => [effort, zero, zero],
@@ -159,9 +157,9 @@ impl<'a, T: Scalar> Plant<'a, T> {
         }
     }
 
-    /// Torque of all terms and a measured one.
+    /// Torque of all terms and a measured one, with its derivatives.
     #[inline]
-    fn external(&self, measured: f64, x: T, v: T) -> Torque<T> {
+    fn external(&self, measured: f64, x: T, v: T) -> [T; 3] {
         let known = self.log.load.gravity_torque;
         let [sum, by_x, by_v] = Term::sum(&self.model.joint.terms, &self.terms, known, x, v);
         [sum + lit(measured), by_x, by_v]

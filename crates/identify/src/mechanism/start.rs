@@ -13,7 +13,7 @@ use super::log::{DriveLog, Source};
 use super::plant::Plant;
 use super::smooth::Smoothed;
 use crate::least_squares::{Found, minimise};
-use crate::log::range;
+use crate::log::extent;
 use crate::problem::Objective;
 use crate::{Parameter, SearchProgress, SearchSettings};
 use bristle::Scalar;
@@ -81,10 +81,7 @@ pub(super) fn guess(joint: &Joint, logs: &[DriveLog]) -> Checked<Guess> {
     let fastest = rows().fold(0.0, |most, row| f64::max(most, row.velocity.abs()));
     let torque = rows().fold(0.0, |most, row| f64::max(most, (row.effort[0] * k / r).abs()));
     let swing = rows().map(|row| row.acceleration * row.acceleration).sum::<f64>() / count;
-    let span = largest(|log| {
-        let (least, most) = range(&log.position);
-        most - least
-    });
+    let span = largest(|log| extent(&log.position));
     let known_gravity = largest(|log| log.load.gravity_torque.abs());
     let size = torque.max(known_gravity).max(joint.given("gravity_torque").unwrap_or(0.0));
     Named("the largest torque of the drives", size).positive()?;
