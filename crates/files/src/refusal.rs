@@ -70,7 +70,7 @@ impl Refusal {
     pub(crate) fn of_run(text: &str, message: String) -> Self {
         let found = document(text)
             .ok()
-            .and_then(|document| parameter(text, entries(&document).iter(), &message));
+            .and_then(|document| parameter(text, entries(&[], 0, &document).iter(), &message));
         let scene = || text.find("[scene").or_else(|| text.find("scene")).unwrap_or(0);
         Self::at(text, Some(found.unwrap_or_else(scene)), message)
     }
@@ -109,7 +109,7 @@ fn constants(value: &mut Node, signal: bool) {
 /// first key behind it with the name, the index and the value of the error.
 fn found(text: &str, document: &Node, error: &toml::de::Error) -> Option<Refusal> {
     let (span, message) = (error.span()?, error.message());
-    let entries = entries(document);
+    let entries = entries(&[], 0, document);
     let behind = entries.iter().filter(|entry| entry.value.span().end > span.start);
     let (start, message) = choice(document, &entries, error)
         .or_else(|| wrong_type(text, document, &entries, error))
@@ -127,26 +127,21 @@ struct Entry<'t, 'i> {
 }
 
 /// Every value of a file.
-fn entries<'t, 'i>(document: &'t Node<'i>) -> Vec<Entry<'t, 'i>> {
-    fn list<'t, 'i>(entry: Entry<'t, 'i>, found: &mut Vec<Entry<'t, 'i>>) {
-        let (value, path) = (entry.value, entry.path.clone());
-        found.push(entry);
-        let mut inner = |key: String, start, value| {
-            list(Entry { path: [path.as_slice(), &[key]].concat(), start, value }, found);
-        };
-        match value.get_ref() {
-            DeValue::Table(table) => table
-                .iter()
-                .for_each(|(key, value)| inner(key.get_ref().to_string(), key.span().start, value)),
-            DeValue::Array(list) => list
-                .iter()
-                .enumerate()
-                .for_each(|(index, value)| inner(index.to_string(), value.span().start, value)),
-            _ => {}
-        }
+fn entries<'t, 'i>(path: &[String], start: usize, value: &'t Node<'i>) -> Vec<Entry<'t, 'i>> {
+    let mut found = vec![Entry { path: path.to_vec(), start, value }];
+    let mut add = |key: String, start, value| {
+        found.extend(entries(&[path, &[key]].concat(), start, value));
+    };
+    match value.get_ref() {
+        DeValue::Table(table) => table
+            .iter()
+            .for_each(|(key, value)| add(key.get_ref().to_string(), key.span().start, value)),
+        DeValue::Array(list) => list
+            .iter()
+            .enumerate()
+            .for_each(|(index, value)| add(index.to_string(), value.span().start, value)),
+        _ => {}
     }
-    let mut found = Vec::new();
-    list(Entry { path: Vec::new(), start: 0, value: document }, &mut found);
     found
 }
 

@@ -21,7 +21,7 @@
 use core::ops::RangeInclusive;
 
 use super::Log;
-use super::log::{median, quantile, range, span};
+use super::log::{extent, median, quantile, span};
 use bristle::parameter::{Checked, Named};
 
 /// The range of nearly all rows is that between this share and the same share from the top: a few
@@ -141,8 +141,7 @@ struct Stroke {
 impl Stroke {
     /// All strokes of a log, two at least.
     fn all(position: &[f64], noise: f64, log: &Log) -> Checked<Vec<Self>> {
-        let (first, last) = range(position);
-        let strokes = strokes(position, f64::max(noise, TURN * (last - first)));
+        let strokes = strokes(position, f64::max(noise, TURN * extent(position)));
         let reversals = strokes.len().saturating_sub(1);
         let rule = "be at least 1: a turn by more than its noise and 1/1000 of the travel";
         Named("number of reversals", reversals as f64).stated(reversals > 0, rule)?;

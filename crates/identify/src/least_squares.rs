@@ -275,11 +275,15 @@ impl<R: Objective> Search<'_, R> {
             if reached < self.cost {
                 // What the linear model predicts for the step taken, whether it was cut or not.
                 let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
-                damping.fall((self.cost - reached) / predicted.max(f64::MIN_POSITIVE));
+                let gain = (self.cost - reached) / predicted.max(f64::MIN_POSITIVE);
+                // Nielsen's update.
+                damping.value *= f64::max(1.0 / 3.0, 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3));
+                *damping = Damping { value: damping.value.max(1e-15), growth: 2.0 };
                 (self.point, self.cost) = (trial, reached);
                 return ControlFlow::Continue(Some(true));
             }
-            damping.rise();
+            damping.value *= damping.growth;
+            damping.growth *= 2.0;
             self.ask(progress)?;
         }
         ControlFlow::Continue(Some(false))
@@ -290,19 +294,6 @@ impl<R: Objective> Search<'_, R> {
 struct Damping {
     value: f64,
     growth: f64,
-}
-
-impl Damping {
-    fn rise(&mut self) {
-        self.value *= self.growth;
-        self.growth *= 2.0;
-    }
-
-    /// Nielsen's update after a step with a ratio of the actual to the predicted decrease.
-    fn fall(&mut self, gain: f64) {
-        self.value *= f64::max(1.0 / 3.0, 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3));
-        (self.value, self.growth) = (self.value.max(1e-15), 2.0);
-    }
 }
 
 /// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.

@@ -125,8 +125,7 @@ impl Log {
             Named(name, median).stated(median >= least, "be at least 0.0001 (units?)")?;
             Named(name, median).stated(median <= most, "be at most 100 (units?)")?;
         }
-        let (least, most) = range(&self.positions());
-        let travel = most - least;
+        let travel = extent(&self.positions());
         let rule = "be at least 1e-9 (units?)";
         Named("the travel in m", travel).stated(travel >= SHORTEST, rule).map(drop)
     }
@@ -260,6 +259,12 @@ pub(super) fn column(
 pub(super) fn range(values: &[f64]) -> (f64, f64) {
     let wider = |(least, most): (f64, f64), &x: &f64| (least.min(x), most.max(x));
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), wider)
+}
+
+/// How far the largest value is from the smallest.
+pub(super) fn extent(values: &[f64]) -> f64 {
+    let (least, most) = range(values);
+    most - least
 }
 
 /// The median; zero for no values.

@@ -91,8 +91,8 @@ impl<'a, R: Objective> Problem<'a, R> {
             Named(name, unit).stated(unit > 0.0 && unit.is_finite(), rule)?;
         }
         let point = |of: fn(&Parameter) -> f64| {
-            let coordinates = parameters.iter().map(|p| p.coordinate(of(p)));
-            Point::from_iterator(parameters.len(), coordinates)
+            let variable = |p: &Parameter| p.typical.map_or_else(|| of(p).ln(), |it| of(p) / it);
+            Point::from_iterator(parameters.len(), parameters.iter().map(variable))
         };
         let (start, least, most) = (point(|p| p.start), point(|p| p.least), point(|p| p.most));
         Ok(Self { residuals, parameters, start, least, most })

@@ -269,19 +269,6 @@ impl Fit {
         }
         self
     }
-
-    /// Whether every parameter is determined, or fixed, and no remark says that the model or a unit
-    /// is not that of the log. Other remarks, as of gaps, do not count.
-    pub fn is_determined(&self) -> bool {
-        let known =
-            |verdict| matches!(verdict, Identifiability::Determined | Identifiability::Fixed);
-        use Remark::{LooksLikeMotorTorque, ManyTurns, Unexplained};
-        let objects = |remark: &Remark| {
-            matches!(remark, LooksLikeMotorTorque { .. } | Unexplained { .. } | ManyTurns { .. })
-        };
-        !self.remarks.iter().any(objects)
-            && self.estimates.iter().all(|estimate| known(estimate.verdict))
-    }
 }
 
 impl fmt::Display for Fit {

@@ -53,11 +53,6 @@ impl Parameter {
     ) -> Self {
         Self { typical: Some(typical), ..Self::logarithmic(name, unit, start, bounds) }
     }
-
-    /// The search variable of a value.
-    pub(super) fn coordinate(&self, value: f64) -> f64 {
-        self.typical.map_or_else(|| value.ln(), |typical| value / typical)
-    }
 }
 
 /// Residuals of a model with N parameters, generic over the scalar so that dual numbers can

@@ -25,8 +25,7 @@ struct Along<'a, C, const N: usize> {
 impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
     /// Checks that enough rows count for the parameters.
     fn new(candidate: &'a C, log: &'a Log) -> Checked<Self> {
-        let counted = log.len() - log.settled();
-        Named("rows after settling", counted).count(FEWEST.max(N + 1))?;
+        Named("rows after settling", log.len() - log.settled()).count(FEWEST.max(N + 1))?;
         let (low, high) = bulk(&mut log.coefficient.clone());
         let first = log.coefficient.first().copied().unwrap_or(0.0).larger(low).smaller(high);
         Ok(Self { candidate, log, first })
@@ -47,13 +46,12 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         let mut deflection = full * share.larger(-T::one()).smaller(T::one());
         let mut before: Option<f64> = None;
         for ((&time, &held), &velocity) in time.iter().zip(held).zip(velocity) {
-            if let Some(before) = before {
+            if let Some(before) = before.replace(time) {
                 let duration = lit((time - before) * part);
                 for _ in 0..substeps {
                     deflection = model.hold(lit::<T>(held), deflection, duration).deflection;
                 }
             }
-            before = Some(time);
             each(model.coefficient(lit::<T>(velocity), deflection) + offset);
         }
         Ok(())

@@ -1,7 +1,5 @@
 //! How well the data determine the parameters at the best fit.
 
-use std::collections::VecDeque;
-
 use nalgebra::DMatrix;
 
 use super::least_squares::{Found, NOTICEABLE};
@@ -233,24 +231,16 @@ fn correlation_time(mut deviations: Vec<f64>) -> f64 {
 
 /// Newey and West's Σ Σ w(s − t) gₜ gₛᵀ with gₜ = Jₜᵀ rₜ and Bartlett's weights 1 − |lag|/window.
 ///
-/// It equals the mean of the squares of all sums of `window` consecutive scores, which needs memory
-/// for one window only.
+/// It equals the mean of the squares of all sums of `window` consecutive scores.
 fn scores(rows: &Rows, width: usize, window: usize) -> DMatrix<f64> {
-    let mut recent: VecDeque<Point> = VecDeque::with_capacity(window);
     let mut sum = Point::zeros(width);
     let mut meat = DMatrix::<f64>::zeros(width, width);
-    let mut add = |score: Point| {
-        if recent.len() == window
-            && let Some(oldest) = recent.pop_front()
-        {
-            sum -= oldest;
-        }
-        sum += &score;
-        recent.push_back(score);
+    for row in 0..rows.rows.len() + window - 1 {
+        let oldest = row.checked_sub(window).and_then(|row| rows.rows.get(row));
+        oldest.into_iter().for_each(|(r, gradient)| sum.axpy(-r, gradient, 1.0));
+        rows.rows.get(row).into_iter().for_each(|(r, gradient)| sum.axpy(*r, gradient, 1.0));
         meat.ger(1.0, &sum, &sum, 1.0);
-    };
-    rows.rows.iter().for_each(|(residual, gradient)| add(gradient * *residual));
-    (1..window).for_each(|_| add(Point::zeros(width)));
+    }
     meat / window as f64
 }
 

@@ -29,7 +29,7 @@ use core::mem::take;
 
 use crate::band::place;
 use crate::contacts::{ContactState, Step};
-use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which, part};
+use crate::mechanism::{Entries, LinearMechanism, Storage, Structure, Which};
 use crate::rows::Rows;
 use crate::step::{Motion, check_length, forwards};
 use bristle::companion::Companion;
@@ -152,7 +152,7 @@ pub struct Arm<T, R, S> {
 pub(crate) const KEPT: usize = 4;
 
 /// Numbers of a [`Room`] for each link, beside those it keeps.
-const ROOM: usize = 10;
+pub(crate) const ROOM: usize = 10;
 
 /// The room of a step, for each link.
 pub(crate) struct Room<'a, T> {
@@ -170,23 +170,26 @@ pub(crate) struct Room<'a, T> {
 
 impl<'a, T: Scalar> Room<'a, T> {
     pub(crate) fn new(mut rest: &'a mut [T], n: usize, contacts: usize) -> Self {
-        let kept = part(&mut rest, KEPT * n);
-        let mut next = || part(&mut rest, n);
-        let [position, velocity, gravity, torque] = [(); 4].map(|()| next());
-        let (turned, adjoint) = ([(); 3].map(|()| next()), [(); 3].map(|()| next()));
-        let load = part(&mut rest, contacts);
+        let mut next = |count| rest.split_off_mut(..count).unwrap_or_default();
+        let kept = next(KEPT * n);
+        let [position, velocity, gravity, torque] = [n; 4].map(&mut next);
+        let (turned, adjoint) = ([n; 3].map(&mut next), [n; 3].map(&mut next));
+        let load = next(contacts);
         Self { kept, position, velocity, gravity, torque, turned, adjoint, load }
     }
 
     /// The middle of a step, with the torques of gravity there.
     pub(crate) fn predict(&mut self, motion: [&[T]; 3], half: T, gravity: T) {
         let [position, velocity, acceleration] = motion;
+        let [cosine, sine, rate] = &mut self.turned;
+        let (mut angle, mut turning) = (T::zero(), T::zero());
         for (i, acceleration) in acceleration.iter().enumerate() {
             self.velocity[i] = velocity[i] + half * *acceleration;
             self.position[i] = position[i] + half * self.velocity[i];
+            (angle, turning) = (angle + self.position[i], turning + self.velocity[i]);
+            (sine[i], cosine[i]) = angle.sin_cos();
+            rate[i] = turning;
         }
-        let [cosine, sine, rate] = &mut self.turned;
-        turn([self.position, self.velocity], [cosine, sine, rate]);
         for (i, link) in self.kept.chunks_exact(KEPT).enumerate().rev() {
             let beyond = self.gravity.get(i + 1).map_or_else(T::zero, |&beyond| beyond);
             self.gravity[i] = beyond - gravity * link[1] * sine[i];
@@ -297,7 +300,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         let ArmMotion { position, velocity, acceleration } = motion;
         self.check([position, velocity, acceleration], companions, contacts)?;
         let (n, gravity) = (self.mechanism.coordinates(), self.gravity);
-        let (duration, structure) = (forwards(duration), structure(n));
+        let duration = forwards(duration);
         let (rows, mut parts) = self.mechanism.prepared(duration);
         let mut room = Room::new(take(&mut parts.room), n, contacts.len());
         let predicted = [&*position, velocity, acceleration];
@@ -305,7 +308,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         drive(room.middle(contacts));
         room.assemble(parts.mass, parts.acceleration);
         let motion = Motion { position, velocity };
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         parts.step(&step, [&[], room.load], motion, contacts);
         acceleration.copy_from_slice(parts.acceleration);
         Ok(())
@@ -350,28 +353,10 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
     }
 
     /// What it keeps of its links.
-    fn kept(&self) -> &[T] {
+    pub(crate) fn kept(&self) -> &[T] {
         let n = self.mechanism.coordinates();
         let end = structure(n).storage(n, self.mechanism.rows().contacts());
         self.mechanism.storage.as_ref().get(end..end + KEPT * n).unwrap_or(&[])
-    }
-
-    /// The accelerations at angles and velocities, in the place of torques less friction.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn accelerate(&self, [position, velocity]: [&[T]; 2], force: &mut [T]) {
-        let (mechanism, n) = (&self.mechanism, position.len());
-        let mut numbers = alloc::vec![T::zero(); (n + KEPT + ROOM) * n];
-        let (mass, rest) = numbers.split_at_mut(n * n);
-        let mut room = Room::new(rest, n, 0);
-        room.kept.copy_from_slice(self.kept());
-        room.predict([position, velocity, velocity], T::zero(), self.gravity);
-        room.torque.copy_from_slice(force);
-        room.assemble(mass, force);
-        let damping = mechanism.matrix(1).iter().skip(n - 1).step_by(n);
-        for ((force, &damping), &v) in force.iter_mut().zip(damping).zip(velocity) {
-            *force -= damping * v;
-        }
-        crate::band::factor_and_solve(n, mass, force);
     }
 
     /// vᵀ B v \[W\]. NaN for a slice of another length.
@@ -396,16 +381,6 @@ impl<T: Scalar, R: Rows<T>> Arm<T, R, alloc::vec::Vec<T>> {
     pub fn on_heap(parameters: &ArmParameters<'_, T>, rows: R) -> Checked<Self> {
         let size = ArmParameters::<T>::storage(parameters.links.len(), rows.contacts());
         Self::new(parameters, rows, alloc::vec![T::zero(); size])
-    }
-}
-
-/// cos θ, sin θ and θ̇ of each link.
-fn turn<T: Scalar>([q, v]: [&[T]; 2], [cosine, sine, rate]: [&mut [T]; 3]) {
-    let (mut angle, mut turning) = (T::zero(), T::zero());
-    for (i, (&q, &v)) in q.iter().zip(v).enumerate() {
-        (angle, turning) = (angle + q, turning + v);
-        (sine[i], cosine[i]) = angle.sin_cos();
-        rate[i] = turning;
     }
 }
 

@@ -125,28 +125,21 @@ impl<T: Scalar> Chain<'_, T> {
         let size = Self::STRUCTURE.storage(self.blocks.len(), rows.contacts());
         self.mechanism(rows, alloc::vec![T::zero(); size])
     }
-
-    /// To the ground and to the next block, of one matrix.
-    fn of(&self, which: Which, i: usize) -> (T, T) {
-        let none = (T::zero(), T::zero());
-        self.blocks.get(i).map_or(none, |Block { to_ground, to_next }| {
-            let next = if i + 1 < self.blocks.len() { T::one() } else { T::zero() };
-            match which {
-                Which::Mass => (to_ground.mass, T::zero()),
-                Which::Damping => (to_ground.viscous_damping, next * to_next.damping),
-                Which::Stiffness => (to_ground.spring_stiffness, next * to_next.stiffness),
-            }
-        })
-    }
 }
 
 impl<T: Scalar> Entries<T> for Chain<'_, T> {
     fn entry(&self, which: Which, i: usize, j: usize) -> T {
-        let (ground, next) = self.of(which, i.min(j));
+        let of_block = |Block { to_ground, to_next }: &Block<T>| match which {
+            Which::Mass => [to_ground.mass, T::zero()],
+            Which::Damping => [to_ground.viscous_damping, to_next.damping],
+            Which::Stiffness => [to_ground.spring_stiffness, to_next.stiffness],
+        };
+        let block = |i: usize| self.blocks.get(i).map_or([T::zero(); 2], of_block);
+        // Behind the last block there is no coupling.
+        let next = |i: usize| if i + 1 < self.blocks.len() { block(i)[1] } else { T::zero() };
         if i != j {
-            return -next;
+            return -next(i.min(j));
         }
-        let before = if i > 0 { self.of(which, i - 1).1 } else { T::zero() };
-        ground + before + next
+        block(i)[0] + i.checked_sub(1).map_or_else(T::zero, next) + next(i)
     }
 }

@@ -1,6 +1,6 @@
 //! Contacts of one axis in a step of the mechanism: predictor, load, companion and ledger.
 
-use crate::mechanism::{LinearMechanism, Storage, Structure};
+use crate::mechanism::{LinearMechanism, Storage};
 use crate::rows::{Rows, along};
 use crate::step::{Motion, Parts, check_length, forwards};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, Prediction};
@@ -35,13 +35,13 @@ impl<'a, T> Inputs<'a, T> {
 pub struct ContactState<T: Scalar, D: Deflection<T> = T> {
     load: T,
     /// W v at the beginning of the last step.
-    before: Option<T>,
+    pub(crate) before: Option<T>,
     deflection: D,
     /// Energy dissipated by slipping back when the load changed.
     slipped: T,
-    frozen: Option<CompanionStep<T, D>>,
+    pub(crate) frozen: Option<CompanionStep<T, D>>,
     /// Mean sliding velocity of the last step.
-    mean: T,
+    pub(crate) mean: T,
 }
 
 impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
@@ -73,21 +73,6 @@ impl<T: Scalar, D: Deflection<T>> ContactState<T, D> {
         let done = self.frozen.map_or(none, |step| step.commit(self.mean));
         let (stored, dissipated) = (done.stored - self.slipped, done.dissipated + self.slipped);
         CompletedStep { stored, dissipated, ..done }
-    }
-
-    /// Mean sliding velocity of the last step.
-    pub(crate) fn mean(&self) -> T {
-        self.mean
-    }
-
-    /// W v at the beginning of the last step.
-    pub(crate) fn before(&self) -> Option<T> {
-        self.before
-    }
-
-    /// The last step.
-    pub(crate) fn frozen(&self) -> Option<&CompanionStep<T, D>> {
-        self.frozen.as_ref()
     }
 
     /// Forgets the velocities before: after an impact, or any other jump of a velocity.
@@ -182,17 +167,17 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         companions: &[Companion<T, M>],
         contacts: &mut [ContactState<T, M::Deflection>],
     ) -> Checked<()> {
-        self.check_step(inputs, &motion, companions, contacts)?;
-        let (structure, duration) = (self.structure, forwards(duration));
+        self.check_step(inputs, [&*motion.position, motion.velocity], companions, contacts)?;
+        let duration = forwards(duration);
         if let ([x], [v], [state]) = (&mut *motion.position, &mut *motion.velocity, &mut *contacts)
-            && structure.is_reduced()
+            && self.structure.is_reduced()
         {
             self.step_of_one(duration, inputs, [x, v], companions, state);
             return Ok(());
         }
         let (rows, mut parts) = self.prepared(duration);
         parts.acceleration.copy_from_slice(inputs.force);
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         parts.step(&step, [inputs.prescribed, inputs.load], motion, contacts);
         Ok(())
     }
@@ -209,13 +194,13 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         state: &mut ContactState<T, M::Deflection>,
     ) {
         self.prepare(duration);
-        let (structure, rows, half) = (self.structure, &self.rows, lit::<T>(0.5) * duration);
+        let (rows, half) = (&self.rows, lit::<T>(0.5) * duration);
         let (Some(numbers), &[force]) = (self.storage.as_mut().first_chunk_mut(), inputs.force)
         else {
             return;
         };
         let [_, damping, stiffness, reciprocal, response, coupling, _, _, mean_velocity] = numbers;
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         let acting = [inputs.prescribed, inputs.load];
         let [sliding, bias, damper] = step.freeze(0, &[*v], acting, state);
         let free = (force - (*stiffness * (*x + half * *v) + *damping * *v)) * *reciprocal;
@@ -232,20 +217,16 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     pub(crate) fn check_step<M: Bristle<T>>(
         &self,
         inputs: &Inputs<'_, T>,
-        motion: &Motion<'_, T>,
+        motion: [&[T]; 2],
         companions: &[Companion<T, M>],
         contacts: &[ContactState<T, M::Deflection>],
     ) -> Checked<()> {
         let count = self.rows.contacts();
         self.check_motion(inputs.force, motion)?;
         self.check_contacts(companions, contacts)?;
-        if !inputs.prescribed.is_empty() {
-            check_length("prescribed velocities", inputs.prescribed, count)?;
-        }
-        if !inputs.load.is_empty() {
-            check_length("loads", inputs.load, count)?;
-        }
-        Ok(())
+        let given = [("prescribed velocities", inputs.prescribed), ("loads", inputs.load)];
+        let mut given = given.into_iter().filter(|(_, values)| !values.is_empty());
+        given.try_for_each(|(name, values)| check_length(name, values, count))
     }
 
     /// Refuses other counts of companions and states.
@@ -264,7 +245,6 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
 
 /// A step of contacts with companions of a model.
 pub(crate) struct Step<'a, T, R, M> {
-    pub(crate) structure: Structure,
     pub(crate) duration: T,
     pub(crate) companions: &'a [Companion<T, M>],
     pub(crate) rows: &'a R,
@@ -300,12 +280,12 @@ impl<T: Scalar> Parts<'_, T> {
         motion: Motion<'_, T>,
         contacts: &mut [ContactState<T, M::Deflection>],
     ) {
-        let &Step { structure, duration, rows, .. } = step;
+        let &Step { duration, rows, .. } = step;
         let room = self.bias.iter_mut().zip(&mut *self.dampers).zip(&mut *self.sliding);
         for (k, (((bias, damper), sliding), state)) in room.zip(&mut *contacts).enumerate() {
             [*sliding, *bias, *damper] = step.freeze(k, motion.velocity, acting, state);
         }
-        self.solve(structure, duration, motion, rows);
+        self.solve(duration, motion, rows);
         for (state, &mean) in contacts.iter_mut().zip(&*self.sliding) {
             state.commit(mean);
         }

@@ -180,12 +180,6 @@ impl<T: Scalar> ElasticJoint<T> {
         ShaftStep { torque, dissipated: duration * damping * rate * rate, mean_velocities }
     }
 
-    /// The torque of spring and damper on the link at a stretch and its rate.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn shaft_torque(&self, [stretch, rate]: [T; 2]) -> T {
-        self.mean_torque(stretch, stretch) + self.parameters.damping * rate
-    }
-
     /// U(e).
     fn stored(&self, stretch: T) -> T {
         let beyond = (stretch.abs() - self.play).larger(T::zero());
@@ -204,7 +198,7 @@ impl<T: Scalar> ElasticJoint<T> {
     }
 
     /// (U(e₁) − U(e₀))/(e₁ − e₀).
-    fn mean_torque(&self, start: T, end: T) -> T {
+    pub(crate) fn mean_torque(&self, start: T, end: T) -> T {
         let (flank, change) = (self.flank(start), end - start);
         if flank == self.flank(end) || is_zero(change) {
             let middle = lit::<T>(0.5) * (start + end) - flank * self.play;

@@ -3,11 +3,11 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::arm::Arm;
+use crate::arm::{Arm, KEPT, ROOM, Room};
 use crate::band;
-use crate::elastic_joint::ElasticJoint;
-use crate::mechanism::{LinearMechanism, Storage};
-use crate::rows::{Rows, along};
+use crate::elastic_joint::{ElasticJoint, ElasticJointParameters};
+use crate::mechanism::{LinearMechanism, Storage, Which};
+use crate::rows::{Rows, along, spread};
 use bristle::ode::dynamic;
 use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
@@ -169,11 +169,7 @@ where
             let surface = branch.of(along(row, velocity) + prescribed[k]);
             let friction = self.contact(k).response_under(load[k], surface, state[2 * n + k]);
             *rate = friction.rate;
-            for &(place, factor) in row {
-                if let Some(force) = force.get_mut(place) {
-                    *force -= factor * friction.force;
-                }
-            }
+            spread(row, -friction.force, force);
         }
         to_position.copy_from_slice(velocity);
         self.mechanism.accelerate(&self.factors, [position, velocity], force);
@@ -223,13 +219,13 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Mechanics<T> for LinearMechanism<T, R
     }
 
     fn factors(&self) -> Vec<T> {
-        let mut mass = self.matrix(0).to_vec();
+        let mut mass = self.matrix(Which::Mass).to_vec();
         band::factor(self.width(), &mut mass, |_, _| ());
         mass
     }
 
     fn accelerate(&self, factors: &[T], motion: [&[T]; 2], force: &mut [T]) {
-        let matrices = [self.matrix(2), self.matrix(1)];
+        let matrices = [Which::Stiffness, Which::Damping].map(|which| self.matrix(which));
         band::subtract_products(self.width(), matrices, motion, force);
         band::solve(self.width(), factors, force);
     }
@@ -244,8 +240,20 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Mechanics<T> for Arm<T, R, S> {
         self.mechanism.row(contact)
     }
 
-    fn accelerate(&self, _: &[T], motion: [&[T]; 2], force: &mut [T]) {
-        Arm::accelerate(self, motion, force);
+    fn accelerate(&self, _: &[T], [position, velocity]: [&[T]; 2], force: &mut [T]) {
+        let n = position.len();
+        let mut numbers = vec![T::zero(); (n + KEPT + ROOM) * n];
+        let (mass, rest) = numbers.split_at_mut(n * n);
+        let mut room = Room::new(rest, n, 0);
+        room.kept.copy_from_slice(self.kept());
+        room.predict([position, velocity, velocity], T::zero(), self.gravity);
+        room.torque.copy_from_slice(force);
+        room.assemble(mass, force);
+        let damping = self.mechanism.matrix(Which::Damping).iter().skip(n - 1).step_by(n);
+        for ((force, &damping), &v) in force.iter_mut().zip(damping).zip(velocity) {
+            *force -= damping * v;
+        }
+        band::factor_and_solve(n, mass, force);
     }
 }
 
@@ -259,8 +267,9 @@ impl<T: Scalar> Mechanics<T> for ElasticJoint<T> {
     }
 
     fn accelerate(&self, _: &[T], motion: [&[T]; 2], force: &mut [T]) {
-        let torque = self.shaft_torque(motion.map(|x| x[0] - x[1]));
-        let [motor, link] = self.parameters().inertias;
+        let [stretch, rate] = motion.map(|x| x[0] - x[1]);
+        let ElasticJointParameters { inertias: [motor, link], damping, .. } = self.parameters();
+        let torque = self.mean_torque(stretch, stretch) + damping * rate;
         force.copy_from_slice(&[(force[0] - torque) / motor, (force[1] + torque) / link]);
     }
 }

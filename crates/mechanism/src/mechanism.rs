@@ -1,7 +1,5 @@
 //! The matrices of a mechanism, checked, and where its numbers are stored.
 
-use core::mem::take;
-
 use crate::band;
 use crate::rows::{self, Rows};
 use crate::step::{Parts, check_length};
@@ -81,32 +79,22 @@ pub(crate) enum Which {
 impl Which {
     pub(crate) const ALL: [Self; 3] = [Self::Mass, Self::Damping, Self::Stiffness];
 
-    /// The name of its entries, all together.
-    fn entries(self) -> &'static str {
-        match self {
-            Self::Mass => "entries of mass",
-            Self::Damping => "entries of damping",
-            Self::Stiffness => "entries of stiffness",
-        }
-    }
-
-    /// The names of an entry on the diagonal, of one before it in its row, and of a pivot.
-    fn names(self) -> [&'static str; 3] {
-        match self {
-            Self::Mass => ["mass", "entry of mass in row", "pivot of mass"],
-            Self::Damping => ["damping", "entry of damping in row", "pivot of damping"],
-            Self::Stiffness => ["stiffness", "entry of stiffness in row", "pivot of stiffness"],
-        }
+    fn names(self) -> [&'static str; 4] {
+        NAMES[self as usize]
     }
 }
 
+/// The names of the entries all together, of one on the diagonal, of one before it in its row, and
+/// of a pivot.
+const NAMES: [[&str; 4]; 3] = [
+    ["entries of mass", "mass", "entry of mass in row", "pivot of mass"],
+    ["entries of damping", "damping", "entry of damping in row", "pivot of damping"],
+    ["entries of stiffness", "stiffness", "entry of stiffness in row", "pivot of stiffness"],
+];
+
 impl<T: Scalar> Matrices<'_, T> {
     fn of(&self, which: Which) -> &[T] {
-        match which {
-            Which::Mass => self.mass,
-            Which::Damping => self.damping,
-            Which::Stiffness => self.stiffness,
-        }
+        [self.mass, self.damping, self.stiffness][which as usize]
     }
 
     /// The number of coordinates that the masses make, if they make any.
@@ -126,7 +114,7 @@ impl<T: Scalar> Matrices<'_, T> {
         for which in Which::ALL {
             let given = self.of(which);
             if !given.is_empty() || which == Which::Mass {
-                check_length(which.entries(), given, wanted)?;
+                check_length(which.names()[0], given, wanted)?;
             }
         }
         Ok(coordinates)
@@ -221,7 +209,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         let needed = structure.storage(coordinates, rows.contacts());
         Named("numbers of storage", storage.as_ref().len()).count(needed)?;
         let mut mechanism = Self { structure, coordinates, duration: T::nan(), rows, storage };
-        mechanism.check_rows(&mechanism.rows)?;
+        rows::check(&mechanism.rows, structure, coordinates)?;
         mechanism.load(entries)?;
         Ok(mechanism)
     }
@@ -239,27 +227,19 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         let (coordinates, contacts) = (self.coordinates, self.rows.contacts());
         Named("coordinates", matrices.coordinates()?).count_between(coordinates, coordinates)?;
         Named("contacts", rows.contacts()).count_between(contacts, contacts)?;
-        self.check_rows(&rows)?;
+        rows::check(&rows, self.structure, self.coordinates)?;
         self.load(&(matrices, self.coordinates))?;
         self.rows = rows;
         Ok(())
     }
 
-    fn check_rows(&self, rows: &R) -> Checked<()> {
-        let band = match self.structure {
-            Structure::Banded { half_bandwidth } => half_bandwidth,
-            _ => self.coordinates,
-        };
-        rows::check(rows, self.coordinates, band)
-    }
-
     /// Checks all matrices in the room of the factors, then stores them.
     fn load(&mut self, entries: &impl Entries<T>) -> Checked<()> {
-        let (width, coordinates) = (self.width(), self.coordinates);
+        let width = self.width();
         self.duration = T::nan();
         let (_, parts) = self.split();
         for which in Which::ALL {
-            check(which, width, coordinates, entries, parts.factors)?;
+            check(which, width, entries, parts.factors)?;
         }
         for (which, matrix) in
             Which::ALL.into_iter().zip([parts.mass, parts.damping, parts.stiffness])
@@ -284,8 +264,9 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         let matrix = n * self.structure.width(n);
         let reduced = if self.structure.is_reduced() { m } else { 0 };
         let mut rest = self.storage.as_mut();
-        let mut next = |count| part(&mut rest, count);
+        let mut next = |count| rest.split_off_mut(..count).unwrap_or_default();
         let parts = Parts {
+            structure: self.structure,
             mass: next(matrix),
             damping: next(matrix),
             stiffness: next(matrix),
@@ -316,16 +297,16 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     /// E = ½ vᵀ M v + ½ xᵀ K x \[J\], without that of the bristles. NaN for slices of other
     /// lengths.
     pub fn energy(&self, position: &[T], velocity: &[T]) -> T {
-        lit::<T>(0.5) * (self.form(0, velocity) + self.form(2, position))
+        lit::<T>(0.5) * (self.form(Which::Mass, velocity) + self.form(Which::Stiffness, position))
     }
 
     /// vᵀ C v \[W\]. NaN for a slice of another length.
     pub fn damped_power(&self, velocity: &[T]) -> T {
-        self.form(1, velocity)
+        self.form(Which::Damping, velocity)
     }
 
     /// xᵀ A x of one of the stored matrices.
-    fn form(&self, which: usize, x: &[T]) -> T {
+    fn form(&self, which: Which, x: &[T]) -> T {
         if x.len() == self.coordinates {
             band::quadratic(self.width(), self.matrix(which), x)
         } else {
@@ -334,20 +315,9 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
     }
 
     /// M, C or K as it is stored.
-    pub(crate) fn matrix(&self, which: usize) -> &[T] {
-        let size = self.coordinates * self.width();
+    pub(crate) fn matrix(&self, which: Which) -> &[T] {
+        let (which, size) = (which as usize, self.coordinates * self.width());
         self.storage.as_ref().get(which * size..(which + 1) * size).unwrap_or(&[])
-    }
-}
-
-/// The first numbers of a storage, which it then has no more; none if it has not so many.
-pub(crate) fn part<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    match take(rest).split_at_mut_checked(count) {
-        Some((part, after)) => {
-            *rest = after;
-            part
-        }
-        None => &mut [],
     }
 }
 
@@ -372,11 +342,10 @@ const BOUNDED: &str = "be at most √(aᵢᵢ aⱼⱼ): the matrix must not have
 fn check<T: Scalar>(
     which: Which,
     width: usize,
-    coordinates: usize,
     entries: &impl Entries<T>,
     room: &mut [T],
 ) -> Checked<()> {
-    let [name, beside, pivots] = which.names();
+    let [_, name, beside, pivots] = which.names();
     // The roundings of L D Lᵀ, relative to the diagonal: N. J. Higham, "Accuracy and Stability of
     // Numerical Algorithms" (2002), theorems 10.5 and 10.7.
     let rounding = T::default_epsilon() * lit(8.0 * (width + 1) as f64);
@@ -402,19 +371,18 @@ fn check<T: Scalar>(
     for (i, row) in room.chunks_exact_mut(width).enumerate() {
         ParameterError::of_component(i, fill(i, row))?;
     }
-    let mut refused = None;
-    band::factor(width, &mut room[..coordinates * width], |i, pivot| {
+    let rule = if definite {
+        "be positive: the matrix must be positive definite"
+    } else {
+        "not be negative: the matrix must not have a negative eigenvalue"
+    };
+    let mut last = Ok(T::one());
+    band::factor(width, room, |i, pivot| {
         let least = if definite { entries.entry(which, i, i) * rounding } else { T::zero() };
-        if refused.is_none() && !(pivot > least) {
-            refused = Some((i, pivot));
+        let pivot = Named(pivots, pivot);
+        if last.is_ok() {
+            last = ParameterError::of_component(i, pivot.stated(pivot.1 > least, rule));
         }
     });
-    refused.map_or(Ok(()), |(i, pivot)| {
-        let rule = if definite {
-            "be positive: the matrix must be positive definite"
-        } else {
-            "not be negative: the matrix must not have a negative eigenvalue"
-        };
-        ParameterError::of_component(i, Named(pivots, pivot).stated(false, rule).map(drop))
-    })
+    last.map(drop)
 }

@@ -1,5 +1,6 @@
 //! W, row by row: which coordinates a contact rubs against, and with which factors.
 
+use crate::mechanism::Structure;
 use bristle::Scalar;
 use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::scalar::lit;
@@ -67,13 +68,27 @@ pub(crate) fn along<T: Scalar>(row: &[(usize, T)], x: &[T]) -> T {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
+/// v ← v + Wᵀ s of one contact.
+#[inline(always)]
+pub(crate) fn spread<T: Scalar>(row: &[(usize, T)], by: T, into: &mut [T]) {
+    for &(place, factor) in row {
+        if let Some(sum) = into.get_mut(place) {
+            *sum += factor * by;
+        }
+    }
+}
+
 /// Refuses a contact on nothing, on a coordinate that is not there, and factors that are not
-/// finite. With a half-width, two coordinates that lie farther apart.
+/// finite. In a band, two coordinates that lie farther apart than its half-width.
 pub(crate) fn check<T: Scalar>(
     rows: &impl Rows<T>,
+    structure: Structure,
     coordinates: usize,
-    reach: usize,
 ) -> Checked<()> {
+    let reach = match structure {
+        Structure::Banded { half_bandwidth } => half_bandwidth,
+        _ => coordinates,
+    };
     let of_contact = |contact: usize| {
         let (mut largest, mut first, mut last) = (T::zero(), coordinates, 0);
         for &(place, factor) in rows.row(contact) {

@@ -2,7 +2,7 @@
 
 use crate::band;
 use crate::mechanism::{LinearMechanism, Storage, Structure};
-use crate::rows::{Rows, along};
+use crate::rows::{Rows, along, spread};
 use bristle::Scalar;
 use bristle::parameter::{Checked, Named};
 use bristle::scalar::{is_zero, lit};
@@ -31,6 +31,7 @@ pub struct Sources<'a, T> {
 
 /// The storage of a mechanism.
 pub(crate) struct Parts<'a, T> {
+    pub(crate) structure: Structure,
     pub(crate) mass: &'a mut [T],
     pub(crate) damping: &'a mut [T],
     pub(crate) stiffness: &'a mut [T],
@@ -67,17 +68,17 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         sources: Sources<'_, T>,
     ) -> Checked<()> {
         let contacts = self.rows.contacts();
-        self.check_motion(force, &motion)?;
+        self.check_motion(force, [&*motion.position, motion.velocity])?;
         check_length("biases", sources.bias, contacts)?;
         check_length("dampings", sources.damping, contacts)?;
         check_length("sliding velocities", sources.sliding, contacts)?;
-        let (structure, duration) = (self.structure, forwards(duration));
+        let duration = forwards(duration);
         let (rows, mut parts) = self.prepared(duration);
         parts.bias.copy_from_slice(sources.bias);
         parts.dampers.copy_from_slice(sources.damping);
         parts.sliding.copy_from_slice(sources.sliding);
         parts.acceleration.copy_from_slice(force);
-        parts.solve(structure, duration, motion, rows);
+        parts.solve(duration, motion, rows);
         sources.sliding.copy_from_slice(parts.sliding);
         Ok(())
     }
@@ -95,10 +96,10 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         self.storage.as_ref().get(end - n..end).unwrap_or(&[])
     }
 
-    pub(crate) fn check_motion(&self, force: &[T], motion: &Motion<'_, T>) -> Checked<()> {
+    pub(crate) fn check_motion(&self, force: &[T], [position, velocity]: [&[T]; 2]) -> Checked<()> {
         check_length("forces", force, self.coordinates)?;
-        check_length("positions", motion.position, self.coordinates)?;
-        check_length("velocities", motion.velocity, self.coordinates)
+        check_length("positions", position, self.coordinates)?;
+        check_length("velocities", velocity, self.coordinates)
     }
 
     /// The contacts and the storage, for a step of a length, with A factored for it.
@@ -127,11 +128,7 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         band::factor(width, parts.factors, |_, _| ());
         for (contact, response) in parts.responses.chunks_exact_mut(n).enumerate() {
             response.fill(T::zero());
-            for &(place, factor) in rows.row(contact) {
-                if let Some(entry) = response.get_mut(place) {
-                    *entry += factor;
-                }
-            }
+            spread(rows.row(contact), T::one(), response);
             band::solve(width, parts.factors, response);
         }
         for (contact, coupled) in parts.coupling.chunks_exact_mut(m).enumerate() {
@@ -147,15 +144,9 @@ impl<T: Scalar> Parts<'_, T> {
     /// The step, from biases, dampers and sliding velocities in the storage, and forces in the
     /// place of the accelerations.
     #[inline(always)]
-    pub(crate) fn solve(
-        &mut self,
-        structure: Structure,
-        duration: T,
-        motion: Motion<'_, T>,
-        rows: &impl Rows<T>,
-    ) {
+    pub(crate) fn solve(&mut self, duration: T, motion: Motion<'_, T>, rows: &impl Rows<T>) {
         let Motion { position, velocity } = motion;
-        let (width, half) = (structure.width(position.len()), lit::<T>(0.5) * duration);
+        let (width, half) = (self.structure.width(position.len()), lit::<T>(0.5) * duration);
         // First x₀ + (h/2) v₀; the mean velocity at the end.
         let middle = &mut *self.mean_velocity;
         for (middle, (&x, &v)) in middle.iter_mut().zip(position.iter().zip(velocity.iter())) {
@@ -163,7 +154,7 @@ impl<T: Scalar> Parts<'_, T> {
         }
         let matrices = [&*self.stiffness, &*self.damping];
         band::subtract_products(width, matrices, [middle, velocity], self.acceleration);
-        self.accelerate(structure, half, rows);
+        self.accelerate(half, rows);
         let moved = position.iter_mut().zip(velocity).zip(&mut *self.mean_velocity);
         for (((x, v), mean), &a) in moved.zip(&*self.acceleration) {
             *mean = *v + half * a;
@@ -174,9 +165,9 @@ impl<T: Scalar> Parts<'_, T> {
 
     /// The acceleration from r, and s̄ from s₀.
     #[inline(always)]
-    pub(crate) fn accelerate(&mut self, structure: Structure, half: T, rows: &impl Rows<T>) {
-        let width = structure.width(self.acceleration.len());
-        if structure.is_reduced() {
+    pub(crate) fn accelerate(&mut self, half: T, rows: &impl Rows<T>) {
+        let width = self.structure.width(self.acceleration.len());
+        if self.structure.is_reduced() {
             self.solve_contacts(width, half, rows);
         } else {
             self.solve_whole(width, half, rows);

@@ -289,7 +289,8 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
 
     /// λᵢ, rᵢ and the slope of their only variable, α|v|/ℓ, by deflection and by velocity.
     #[inline]
-    fn element(&self, surface: &Surface<T>, x: T, [full, slope]: [T; 2]) -> Rates<T> {
+    fn element(&self, i: usize, surface: &Surface<T>, x: T, friction: [T; 2]) -> Rates<T> {
+        let [full, slope] = friction.map(|it| self.elements[i].yield_length(it, surface.scale()));
         let (zero, one) = (T::zero(), T::one());
         if is_zero(full) {
             // Without a load it does nothing.
@@ -315,11 +316,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
 
     fn rates(&self, surface: Surface<T>, deflection: &SVector<T, N>) -> SVector<Rates<T>, N> {
         let (friction, slope) = surface.friction_and_slope(&self.curve);
-        SVector::from_fn(|i, _| {
-            let lengths =
-                [friction, slope].map(|it| self.elements[i].yield_length(it, surface.scale()));
-            self.element(&surface, deflection[i], lengths)
-        })
+        SVector::from_fn(|i, _| self.element(i, &surface, deflection[i], [friction, slope]))
     }
 
     /// The coefficients, or their derivatives, from λᵢ and rᵢ.
@@ -384,8 +381,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
     fn affine(&self, surface: Surface<T>, deflection: Parallel<T, N>) -> Affine<T, Parallel<T, N>> {
         let friction = surface.friction(&self.curve);
         let rates = SVector::<_, N>::from_fn(|i, _| {
-            let length = self.elements[i].yield_length(friction, surface.scale());
-            self.element(&surface, deflection[i], [length, T::zero()])
+            self.element(i, &surface, deflection[i], [friction, T::zero()])
         });
         self.coefficients(rates.map(|it| it.relaxation), rates.map(|it| it.drive))
     }
@@ -469,7 +465,6 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> Bristle<T> for MaxwellSlip<
     fn obeys(&self, law: Law) -> bool {
         match law {
             Law::SteadySliding | Law::Passivity | Law::NoDrift => true,
-            Law::Secant | Law::BoundedForce => false,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.damping_time > T::zero(),
             Law::OddSymmetry => self.curve.is_even(),

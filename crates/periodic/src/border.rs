@@ -7,7 +7,6 @@ use bristle::ode::{Direction, Event, System};
 use bristle::parameter::Checked;
 use nalgebra::SVector;
 
-use crate::segments::scaled_rate;
 use crate::{Answer, BranchEnd, BranchPoint, Continuation, Guess, Orbit, PeriodicError};
 
 /// Beyond a border, by this share of the range, what leaves the cycle is simulated, from a start
@@ -61,8 +60,9 @@ impl Continuation {
         system: &S,
         from: &Orbit<N>,
     ) -> Answer<Option<Orbit<N>>> {
-        let normal = scaled_rate(system, &system.scales(), 0.0, &from.start);
-        let apart = |state: &SVector<f64, N>| (state - from.start).component_div(&system.scales());
+        let cyclic = self.shooting.cyclic(None, system.scales())?;
+        let normal = cyclic.of(system).scaled_rate(0.0, &from.start);
+        let apart = |state: &SVector<f64, N>| (state - from.start).component_div(&cyclic.scales);
         let ahead = |_: f64, state: &SVector<f64, N>| normal.dot(&apart(state));
         let plane = Event { function: &ahead, direction: Direction::Rising, stops: false };
         let (start, duration) = (from.start * (1.0 + OFF), LONG * from.period);

@@ -34,7 +34,7 @@ use bristle::ode::System;
 use bristle::parameter::{Checked, Named, Rule};
 use nalgebra::{Complex, DMatrix, DVector, SVector, Vector2};
 
-use crate::segments::{Cyclic, Equations, scaled_rate, solve};
+use crate::segments::{Cyclic, Equations, solve};
 use crate::shooting::{Newton, SMALLEST};
 use crate::{Answer, Guess, Multiplier, Orbit, PeriodicError, Shooting};
 
@@ -229,7 +229,7 @@ impl Continuation {
         let (width, most_iterations) = (self.checked(parameter)?, self.shooting.most_iterations);
         let start = system(parameter)?;
         let cyclic = self.shooting.cyclic(period.map(|_| 0.0), start.scales())?;
-        let segments = cyclic.cut(&start, guess)?;
+        let segments = cyclic.of(&start).cut(guess)?;
         let mut problem: Problem<'_, _, N, K> =
             Problem { system, period, cyclic, most_iterations, range: &self.range, width };
         let mut upwards = DVector::zeros(segments.len() * (N + 1) + 1);
@@ -381,7 +381,7 @@ where
                     tangent *= at.whole(&tangent).dot(&before).signum();
                 }
                 let start = at.segments[0].state;
-                let rate = scaled_rate(&system, &self.cyclic.runs.scales, 0.0, &start);
+                let rate = self.cyclic.of(&system).scaled_rate(0.0, &start);
                 return Ok(Found { unknowns: at, orbit, tangent, rate, extent: found.extent });
             }
             // The plane across the tangent is kept, as each correction lies in it.
@@ -428,7 +428,7 @@ where
             at.segments.iter_mut().for_each(|it| it.period *= period / now);
             longer = later / period;
         }
-        let mut found = self.cyclic.equations(system, &mut at.segments)?;
+        let mut found = self.cyclic.of(system).equations(&mut at.segments)?;
         let last = found.right.len();
         found.right = found.right.resize_vertically(last + 1, 0.0);
         let mut matrix = found.matrix.clone().resize(last + 1, last + 1, 0.0);
@@ -439,15 +439,15 @@ where
                 Some(_) => longer * period,
                 None => {
                     let target = self.cyclic.target(&at.segments, index).1;
-                    self.cyclic.arrival(&other, &at.segments[index], &target)?
+                    self.cyclic.of(&other).arrival(&at.segments[index], &target)?
                 }
             };
-            let moved = self.cyclic.runs.end(&other, (longer * time, state), later)? - flow.end;
+            let moved = self.cyclic.of(&other).end((longer * time, state), later)? - flow.end;
             // ∂τ/∂p over τ: the end is followed to where the motion arrives, which is less curved.
             let slower = (later / period - 1.0) / difference;
             let row = index * (N + 1);
             for i in 0..N {
-                let moved = moved[i] / self.cyclic.runs.scales[i] / difference;
+                let moved = moved[i] / self.cyclic.scales[i] / difference;
                 matrix[(row + i, last)] = moved - matrix[(row + i, row + N)] * slower;
             }
             if self.period.is_some() {
@@ -461,18 +461,19 @@ where
 
     /// The unknowns over half a period, of an odd cycle of an odd system.
     fn half(&self, found: &Found<N>) -> Answer<Option<Unknowns<N>>> {
-        let (scales, parameter) = (&self.cyclic.runs.scales, found.unknowns.parameter);
+        let parameter = found.unknowns.parameter;
         let (state, period) = (found.orbit.start, 0.5 * found.orbit.period);
         let system = (self.system)(self.inside(parameter)?)?;
-        let middle = self.cyclic.runs.end(&system, (0.0, state), period)?;
-        let rate = |state: &SVector<f64, N>| scaled_rate(&system, scales, 0.0, state);
+        let running = self.cyclic.of(&system);
+        let middle = running.end((0.0, state), period)?;
+        let rate = |state: &SVector<f64, N>| running.scaled_rate(0.0, state);
         let is_odd = |state: SVector<f64, N>| {
             (rate(&state) + rate(&-state)).norm() <= 1e-9 * rate(&state).norm()
         };
-        let apart = (middle + state).component_div(scales).norm();
+        let apart = (middle + state).component_div(&self.cyclic.scales).norm();
         // Of points that are found to 3e-8.
         let half = self.period.is_none() && apart < 1e-5 && is_odd(state) && is_odd(0.5 * state);
-        let segments = self.cyclic.cut(&system, Guess { state, period })?;
+        let segments = running.cut(Guess { state, period })?;
         Ok(half.then_some(Unknowns { segments, parameter }))
     }
 

@@ -20,7 +20,6 @@
 //! Source: S. Blanes, F. Casas, J. A. Oteo, J. Ros, "The Magnus expansion and some of its
 //! applications", Physics Reports 470 (2009), section 5.4.
 
-use core::cell::Cell;
 use core::ops::ControlFlow;
 
 use bristle::Branch;
@@ -30,7 +29,7 @@ use bristle::ode::{
 use bristle::parameter::Named;
 use nalgebra::{SMatrix, SVector};
 
-use crate::segments::scaled_rate;
+use crate::segments::{Cyclic, Running};
 use crate::{Answer, PeriodicError};
 
 /// Length of a part over the time constant of the quickest motion: hunting then has its multipliers
@@ -47,6 +46,9 @@ const TOGETHER: f64 = 4.0;
 /// rounding, 1/18! = 1.6e-16.
 const TERMS: u32 = 17;
 
+/// When a run starts \[s\], and where.
+pub(crate) type Start<const N: usize> = (f64, SVector<f64, N>);
+
 /// A run over a time span with its derivatives.
 pub(crate) struct Flow<const N: usize> {
     /// The state at the end.
@@ -55,6 +57,8 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) factors: Vec<SMatrix<f64, N, N>>,
     /// The steps: how long they last \[s\], and the state at their end.
     pub(crate) steps: Vec<(f64, SVector<f64, N>)>,
+    /// By how many time constants of the quickest motion the last factor goes on.
+    turned: f64,
 }
 
 impl<const N: usize> Flow<N> {
@@ -62,25 +66,21 @@ impl<const N: usize> Flow<N> {
     pub(crate) fn product(&self) -> SMatrix<f64, N, N> {
         self.factors.iter().fold(SMatrix::identity(), |product, factor| factor * product)
     }
-}
 
-/// The runs of a search.
-pub(crate) struct Runs<const N: usize> {
-    tolerance: f64,
-    /// The scales of the states: of one branch the same throughout.
-    pub(crate) scales: SVector<f64, N>,
-    /// Steps, and parts of them, that may still be taken.
-    left: Cell<u64>,
-    /// How often a state x jumps to J x \[s\], first at the start of a run, and J.
-    pub(crate) samples: Option<(f64, SMatrix<f64, N, N>)>,
-}
-
-impl<const N: usize> Runs<N> {
-    /// Runs with a tolerance of a step over scales, and a limit on the steps of all of them.
-    pub(crate) fn new((tolerance, scales): (f64, SVector<f64, N>), most: u64) -> Self {
-        Self { tolerance, scales, left: Cell::new(most), samples: None }
+    /// Appends a factor, or multiplies the last one by it as long as that loses no digits.
+    fn push(&mut self, factor: SMatrix<f64, N, N>, turned: f64) {
+        self.turned += turned;
+        match self.factors.last_mut() {
+            Some(last) if self.turned <= TOGETHER => *last = factor * *last,
+            _ => {
+                self.factors.push(factor);
+                self.turned = turned;
+            }
+        }
     }
+}
 
+impl<const N: usize> Cyclic<N> {
     fn solver(&self, duration: f64) -> Answer<Solver<f64, Automatic, N>> {
         Named("period", duration).positive()?;
         let tolerances = Tolerances::scaled(self.tolerance, self.scales)?;
@@ -97,136 +97,106 @@ impl<const N: usize> Runs<N> {
         self.left.set(self.left.get().saturating_sub(taken.steps + taken.rejected));
         run.map_err(|failed| (*failed).into())
     }
+}
 
+impl<S: System<f64, N, K>, const N: usize, const K: usize> Running<'_, S, N, K> {
     /// A run with its derivatives over a duration > 0. If there are samples, over the whole number
     /// of them that is nearest, and along the rate from there on.
-    pub(crate) fn flow<S: System<f64, N, K>, const K: usize>(
-        &self,
-        system: &S,
-        (start_time, start): (f64, SVector<f64, N>),
-        duration: f64,
-    ) -> Answer<Flow<N>> {
+    pub(crate) fn flow(&self, (start_time, start): Start<N>, duration: f64) -> Answer<Flow<N>> {
         Named("period", duration).positive()?;
-        let (scales, mut end) = (self.scales, start);
-        let (mut factors, mut steps) = (Factors { list: Vec::new(), turned: 0.0 }, Vec::new());
-        let part = self.samples.map_or(duration, |(time, _)| time);
+        let Cyclic { scales, samples, .. } = *self.cyclic;
+        let mut flow = Flow { end: start, factors: Vec::new(), steps: Vec::new(), turned: 0.0 };
+        let part = samples.map_or(duration, |(time, _)| time);
         let parts = Named("samples", (duration / part).round()).between(1.0, MOST_SAMPLES)?;
         for part_start in (0..parts as u32).map(|index| start_time + f64::from(index) * part) {
-            if let Some((_, jump)) = self.samples {
-                end = jump * end;
+            if let Some((_, jump)) = samples {
+                flow.end = jump * flow.end;
                 let scaled = |i, j| jump[(i, j)] * scales[j] / scales[i];
-                factors.push(SMatrix::from_fn(scaled), 0.0);
+                flow.push(SMatrix::from_fn(scaled), 0.0);
             }
-            let (span, mut failed) = (part_start..part_start + part, Ok(()));
+            let (span, from) = (part_start..part_start + part, flow.end);
+            let mut failed = Ok(());
             let mut observer = |step: &Step<f64, N>| {
-                steps.push((step.end_time() - step.start_time(), *step.end()));
-                failed = append(system, step, self, &mut factors);
+                flow.steps.push((step.end_time() - step.start_time(), *step.end()));
+                failed = self.append(step, &mut flow);
                 if failed.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             };
-            let run = self.solver(part)?.stream(system, span, end, &[], &mut observer);
-            end = self.counted(run.map_err(Box::new), |it| it.statistics)?.state;
+            let solver = self.cyclic.solver(part)?;
+            let run = solver.stream(self.system, span, from, &[], &mut observer);
+            flow.end = self.cyclic.counted(run.map_err(Box::new), |it| it.statistics)?.state;
             failed?;
         }
-        if self.samples.is_some() {
+        if samples.is_some() {
             let rest = duration - parts * part;
-            end += self.rate(system, start_time, &end)?.component_mul(&scales) * rest;
+            flow.end += self.rate(start_time, &flow.end)?.component_mul(&scales) * rest;
         }
-        Ok(Flow { end, factors: factors.list, steps })
+        Ok(flow)
+    }
+
+    /// The rate of the system over the scales [1/s].
+    pub(crate) fn scaled_rate(&self, time: f64, state: &SVector<f64, N>) -> SVector<f64, N> {
+        let branches = self.system.sliding_velocities(time, state).map(Branch::towards);
+        self.system.rate(time, state, branches).component_div(&self.cyclic.scales)
     }
 
     /// The rate over the scales [1/s]; of a sampled system that of the change over a sample.
-    pub(crate) fn rate<S: System<f64, N, K>, const K: usize>(
-        &self,
-        system: &S,
-        time: f64,
-        state: &SVector<f64, N>,
-    ) -> Answer<SVector<f64, N>> {
-        let Some((part, jump)) = self.samples else {
-            return Ok(scaled_rate(system, &self.scales, time, state));
+    pub(crate) fn rate(&self, time: f64, state: &SVector<f64, N>) -> Answer<SVector<f64, N>> {
+        let Some((part, jump)) = self.cyclic.samples else {
+            return Ok(self.scaled_rate(time, state));
         };
-        let end = self.end(system, (time, jump * state), part)?;
-        Ok((end - state).component_div(&self.scales) / part)
+        let end = self.end((time, jump * state), part)?;
+        Ok((end - state).component_div(&self.cyclic.scales) / part)
     }
 
     /// A run over a duration > 0; it keeps its ends and its events.
-    pub(crate) fn run<S: System<f64, N, K>, const K: usize>(
+    pub(crate) fn run(
         &self,
-        system: &S,
-        (start_time, start): (f64, SVector<f64, N>),
+        (start_time, start): Start<N>,
         duration: f64,
         events: &[Event<'_, f64, N>],
     ) -> Answer<Trajectory<f64, N>> {
-        let (solver, end) = (self.solver(duration)?, start_time + duration);
+        let (solver, end) = (self.cyclic.solver(duration)?, start_time + duration);
         let ends = Output::Uniform(2);
-        let run = solver.solve_with_events(system, start_time..end, start, events, ends);
-        self.counted(run, Trajectory::statistics)
+        let run = solver.solve_with_events(self.system, start_time..end, start, events, ends);
+        self.cyclic.counted(run, Trajectory::statistics)
     }
 
     /// The end of a run.
-    pub(crate) fn end<S: System<f64, N, K>, const K: usize>(
-        &self,
-        system: &S,
-        start: (f64, SVector<f64, N>),
-        duration: f64,
-    ) -> Answer<SVector<f64, N>> {
-        let run = self.run(system, start, duration, &[])?;
+    pub(crate) fn end(&self, start: Start<N>, duration: f64) -> Answer<SVector<f64, N>> {
+        let run = self.run(start, duration, &[])?;
         Ok(run.last().map_or(start.1, |(_, end)| *end))
     }
-}
 
-/// The factors of Φ, the first first.
-struct Factors<const N: usize> {
-    list: Vec<SMatrix<f64, N, N>>,
-    /// By how many time constants of the quickest motion the last one goes on.
-    turned: f64,
-}
-
-impl<const N: usize> Factors<N> {
-    /// Appends a factor, or multiplies the last one by it as long as that loses no digits.
-    fn push(&mut self, factor: SMatrix<f64, N, N>, turned: f64) {
-        self.turned += turned;
-        match self.list.last_mut() {
-            Some(last) if self.turned <= TOGETHER => *last = factor * *last,
-            _ => {
-                self.list.push(factor);
-                self.turned = turned;
-            }
+    /// Appends the factors of a step.
+    fn append(&self, step: &Step<f64, N>, flow: &mut Flow<N>) -> Answer<()> {
+        let Self { system, cyclic: Cyclic { scales, left: steps, .. } } = self;
+        let (start, length) = (step.start_time(), step.end_time() - step.start_time());
+        if length == 0.0 {
+            return Ok(());
         }
+        // Within a step no sliding direction changes.
+        let middle = start + 0.5 * length;
+        let branches =
+            system.sliding_velocities(middle, &step.at_fraction(0.5)).map(Branch::towards);
+        let jacobian = |fraction: f64| -> Answer<SMatrix<f64, N, N>> {
+            let state = step.at_fraction(fraction);
+            let linearised = system.linearised(start + fraction * length, &state, branches);
+            let by_state = linearised.ok_or(PeriodicError::NoDerivatives)?.by_state;
+            Ok(SMatrix::from_fn(|i, j| by_state[(i, j)] * scales[j] / scales[i]))
+        };
+        let turned = largest_rate(&jacobian(0.5)?) * length;
+        let parts = (turned / LONGEST).ceil().max(1.0);
+        // Each costs as much as a step.
+        let left = steps.get().checked_sub(parts as u64).ok_or(PeriodicError::TooManySteps)?;
+        steps.set(left);
+        let gauss = 0.5 * 0.6_f64.sqrt();
+        for part in 0..parts as usize {
+            let node = |offset: f64| jacobian((part as f64 + 0.5 + offset) / parts);
+            let nodes = [node(-gauss)?, node(0.0)?, node(gauss)?];
+            flow.push(exponential(&magnus(&nodes, length / parts)), turned / parts);
+        }
+        Ok(())
     }
-}
-
-/// Appends the factors of a step.
-fn append<S: System<f64, N, K>, const N: usize, const K: usize>(
-    system: &S,
-    step: &Step<f64, N>,
-    runs: &Runs<N>,
-    factors: &mut Factors<N>,
-) -> Answer<()> {
-    let (start, length) = (step.start_time(), step.end_time() - step.start_time());
-    if length == 0.0 {
-        return Ok(());
-    }
-    // Within a step no sliding direction changes.
-    let middle = start + 0.5 * length;
-    let branches = system.sliding_velocities(middle, &step.at_fraction(0.5)).map(Branch::towards);
-    let jacobian = |fraction: f64| -> Answer<SMatrix<f64, N, N>> {
-        let state = step.at_fraction(fraction);
-        let linearised = system.linearised(start + fraction * length, &state, branches);
-        let by_state = linearised.ok_or(PeriodicError::NoDerivatives)?.by_state;
-        Ok(SMatrix::from_fn(|i, j| by_state[(i, j)] * runs.scales[j] / runs.scales[i]))
-    };
-    let turned = largest_rate(&jacobian(0.5)?) * length;
-    let parts = (turned / LONGEST).ceil().max(1.0);
-    // Each costs as much as a step.
-    let left = runs.left.get().checked_sub(parts as u64).ok_or(PeriodicError::TooManySteps)?;
-    runs.left.set(left);
-    let gauss = 0.5 * 0.6_f64.sqrt();
-    for part in 0..parts as usize {
-        let node = |offset: f64| jacobian((part as f64 + 0.5 + offset) / parts);
-        let nodes = [node(-gauss)?, node(0.0)?, node(gauss)?];
-        factors.push(exponential(&magnus(&nodes, length / parts)), turned / parts);
-    }
-    Ok(())
 }
 
 /// A bound of the largest eigenvalue, that of A⁸ by its largest row.

@@ -61,12 +61,12 @@ impl Shooting {
         }
         let system = PrescribedVelocity::new(contact.clone(), velocity);
         let cyclic = self.cyclic(Some(start_time), System::<f64, N>::scales(&system))?;
-        let run = cyclic.runs.flow(&system, (start_time, SVector::zeros()), period)?;
+        let run = cyclic.of(&system).flow((start_time, SVector::zeros()), period)?;
         let kept = SMatrix::identity() - run.product();
-        let made = run.end.component_div(&cyclic.runs.scales);
+        let made = run.end.component_div(&cyclic.scales);
         let kept = DMatrix::from_column_slice(N, N, kept.as_slice());
         let made = solve(kept, &DVector::from_column_slice(made.as_slice()))?;
-        let state = SVector::from_fn(|i, _| made[i] * cyclic.runs.scales[i]);
+        let state = SVector::from_fn(|i, _| made[i] * cyclic.scales[i]);
         cyclic.orbit(&[Guess { state, period }], &[run])
     }
 }

@@ -5,13 +5,14 @@
 //!
 //! Source: A. H. Nayfeh, B. Balachandran, "Applied Nonlinear Dynamics" (Wiley, 1995), section 5.4.
 
+use core::cell::Cell;
+
 use bristle::ode::{Event, Occurrence, System};
 use bristle::parameter::{Checked, Named, ParameterError};
 use nalgebra::{SMatrix, SVector};
 
-use crate::flow::Runs;
 use crate::multipliers::without_one;
-use crate::segments::{Cyclic, solve};
+use crate::segments::{Cyclic, Running, solve};
 use crate::{Answer, Multiplier, PeriodicError};
 
 /// How periodic motions are looked for.
@@ -121,7 +122,7 @@ impl Shooting {
         guess: SVector<f64, N>,
     ) -> Answer<Orbit<N>> {
         let cyclic = self.cyclic(Some(start_time), system.scales())?;
-        self.close(system, &cyclic, Guess { state: guess, period })
+        cyclic.of(system).close(self.most_iterations, Guess { state: guess, period })
     }
 
     /// The cycle of a system without inputs, near a guess; its period is found, too.
@@ -134,7 +135,8 @@ impl Shooting {
         system: &S,
         guess: Guess<N>,
     ) -> Answer<Orbit<N>> {
-        self.close(system, &self.cyclic(None, system.scales())?, guess)
+        let cyclic = self.cyclic(None, system.scales())?;
+        cyclic.of(system).close(self.most_iterations, guess)
     }
 
     /// The cycle of a system with a controller that samples: every h seconds, first at the start,
@@ -160,10 +162,10 @@ impl Shooting {
         Named("sample_time", sample_time).positive()?;
         jump.iter().try_for_each(|&entry| Named("jump", entry).finite().map(drop))?;
         let search = |forced: Option<f64>, most_iterations: usize, guess: Guess<N>| {
-            let settings = Self { most_iterations, segments: 1, ..*self };
+            let settings = Self { segments: 1, ..*self };
             let mut cyclic = settings.cyclic(forced, system.scales())?;
-            cyclic.runs.samples = Some((sample_time, jump));
-            settings.close(system, &cyclic, guess)
+            cyclic.samples = Some((sample_time, jump));
+            cyclic.of(system).close(most_iterations, guess)
         };
         let any = search(None, self.most_iterations, guess)?;
         let period = (any.period / sample_time).round() * sample_time;
@@ -185,37 +187,15 @@ impl Shooting {
         Named("segments", self.segments).count_between(1, MOST_SEGMENTS)?;
         ParameterError::of_components(&scales, |&scale| Named("scales", scale).positive())?;
         Ok(Cyclic {
-            runs: Runs::new((self.tolerance, scales), self.most_steps),
+            tolerance: self.tolerance,
+            scales,
+            left: Cell::new(self.most_steps),
+            samples: None,
             count: self.segments,
             start_time: forced.unwrap_or(0.0),
             forced: forced.is_some(),
             sign: 1.0,
         })
-    }
-
-    fn close<S: System<f64, N, K>, const N: usize, const K: usize>(
-        &self,
-        system: &S,
-        cyclic: &Cyclic<N>,
-        guess: Guess<N>,
-    ) -> Answer<Orbit<N>> {
-        let mut segments = cyclic.cut(system, guess)?;
-        let mut newton = Newton::new(self.most_iterations, CLOSE);
-        // A forced motion may stand still.
-        let least = if cyclic.forced { 1.0 } else { SMALLEST };
-        loop {
-            let found = cyclic.equations(system, &mut segments)?;
-            let correction = solve(found.matrix, &found.right)?;
-            if newton.is_over(correction.norm())? {
-                if !(cyclic.forced || found.extent > SMALLEST) {
-                    return Err(PeriodicError::Equilibrium);
-                }
-                return cyclic.orbit(&segments, &found.flows);
-            }
-            // A correction must not exceed half of the motion.
-            let share = (0.5 * found.extent.max(least) / correction.norm()).min(1.0);
-            cyclic.correct(&mut segments, &(correction * share));
-        }
     }
 
     /// A guess for [`Shooting::free`]: simulates over a duration \[s\], and takes the last passage
@@ -232,14 +212,14 @@ impl Shooting {
         duration: f64,
         section: &Event<'_, f64, N>,
     ) -> Answer<Guess<N>> {
-        let scales = self.cyclic(None, system.scales())?.runs.scales;
-        Named("duration", duration).positive()?;
         // A guess need not be exact.
-        let runs = Runs::new((1e-9, scales), self.most_steps);
+        let cyclic = Cyclic { tolerance: 1e-9, ..self.cyclic(None, system.scales())? };
+        Named("duration", duration).positive()?;
         let section = Event { stops: false, ..*section };
-        let run = runs.run(system, (0.0, start), duration, &[section])?;
+        let run = cyclic.of(system).run((0.0, start), duration, &[section])?;
         let (last, earlier) = run.events().split_last().ok_or(PeriodicError::DoesNotRepeat)?;
-        let apart = |it: &Occurrence<f64, N>| (it.state - last.state).component_div(&scales).norm();
+        let apart =
+            |it: &Occurrence<f64, N>| (it.state - last.state).component_div(&cyclic.scales).norm();
         let least = earlier.iter().map(apart).fold(f64::INFINITY, f64::min);
         // Of the earlier passages the latest that is nearly as near as any.
         let alike = earlier.iter().rev().find(|it| apart(it) <= 2.0 * least + 1e-4);
@@ -247,6 +227,30 @@ impl Shooting {
         // A motion that repeated until a while ago has come to rest.
         let goes_on = least < 1.0 && duration - last.time < 2.0 * period;
         goes_on.then_some(Guess { state: last.state, period }).ok_or(PeriodicError::DoesNotRepeat)
+    }
+}
+
+impl<S: System<f64, N, K>, const N: usize, const K: usize> Running<'_, S, N, K> {
+    /// The motion near a guess.
+    fn close(&self, most_iterations: usize, guess: Guess<N>) -> Answer<Orbit<N>> {
+        let cyclic = self.cyclic;
+        let mut segments = self.cut(guess)?;
+        let mut newton = Newton::new(most_iterations, CLOSE);
+        // A forced motion may stand still.
+        let least = if cyclic.forced { 1.0 } else { SMALLEST };
+        loop {
+            let found = self.equations(&mut segments)?;
+            let correction = solve(found.matrix, &found.right)?;
+            if newton.is_over(correction.norm())? {
+                if !(cyclic.forced || found.extent > SMALLEST) {
+                    return Err(PeriodicError::Equilibrium);
+                }
+                return cyclic.orbit(&segments, &found.flows);
+            }
+            // A correction must not exceed half of the motion.
+            let share = (0.5 * found.extent.max(least) / correction.norm()).min(1.0);
+            cyclic.correct(&mut segments, &(correction * share));
+        }
     }
 }
 

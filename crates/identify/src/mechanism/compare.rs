@@ -28,7 +28,6 @@ use super::friction::Friction;
 use super::joint::Joint;
 use super::log::DriveLog;
 use super::report::{JointFit, over};
-use super::smooth::{SmoothedLog, smooth};
 use crate::least_squares::minimise;
 use crate::problem::begin_at;
 use crate::{SearchOutcome, SearchProgress, SearchSettings};
@@ -79,7 +78,6 @@ pub fn compare(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Checked<Comparison> {
     Named("candidates", candidates.len()).count(1)?;
-    let smoothed: Vec<_> = fitted.iter().map(smooth).collect();
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
     let stopped = Cell::new(false);
     let mut tell = |candidate, now: &Progress<'_>| {
@@ -115,7 +113,7 @@ pub fn compare(
     for (candidate, (fit, squares)) in fits.iter().zip(&mut squares).enumerate() {
         let mut watch = |now: &Progress<'_>| tell(candidate, now);
         if converged(&fit) && !stopped.get() {
-            *squares = squares_left_out(fit, &smoothed, length, settings, &mut watch)?;
+            *squares = squares_left_out(fit, fitted, length, settings, &mut watch)?;
         }
     }
     let left_out: Vec<_> = squares.iter().map(|squares| mean_and_error(squares)).collect();
@@ -143,14 +141,13 @@ fn named(fits: &[JointFit], squares: &[Vec<f64>], left_out: &[[f64; 2]]) -> [Opt
 /// log that was left out; none where a search was stopped, or the model has no answer.
 fn squares_left_out(
     fit: &JointFit,
-    logs: &[SmoothedLog<'_>],
+    logs: &[DriveLog],
     horizon: f64,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Checked<Vec<f64>> {
-    let table = &fit.model.table;
     let mut errors = Errors::new(&fit.model, logs, horizon);
-    let mut parameters = table.parameters.clone();
+    let mut parameters = fit.model.parameters.clone();
     begin_at(&mut parameters, &fit.fit.values());
     let (iterations, tolerance) = (settings.gradient_runs, 10.0 * settings.tolerance);
     let search = SearchSettings { iterations, tolerance, starts: 1 };
@@ -172,7 +169,7 @@ fn squares_left_out(
         let found = minimise(&errors, &parameters, &search, 0, &mut watch)?;
         gradient_runs += found.iterations;
         errors.weights = weights(true);
-        let values = table.without(found.values, |log| parts == 1 && log % folds == out);
+        let values = fit.model.without(found.values, |log| parts == 1 && log % folds == out);
         let (Ok(left), false) = (errors.by_log(&values), found.outcome == SearchOutcome::Stopped)
         else {
             return Ok(Vec::new());
@@ -222,11 +219,9 @@ impl fmt::Display for Comparison {
         for (friction, error) in &self.refused {
             writeln!(f, "| {friction} | refused: {error} |")?;
         }
-        match self.named() {
-            Some(named) => {
-                write!(f, "\nnamed, the simplest within one standard error of the best:\n{named}")
-            }
-            None => writeln!(f, "\nno search has converged: no candidate is named"),
-        }
+        let Some(named) = self.named() else {
+            return writeln!(f, "\nno search has converged: no candidate is named");
+        };
+        write!(f, "\nnamed, the simplest within one standard error of the best:\n{named}")
     }
 }

@@ -15,12 +15,11 @@
 //! the deflection that balances the other torques.
 
 use core::ops::Range;
-use core::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Mutex;
 
 use super::joint::Model;
 use super::log::DriveLog;
 use super::plant::Plant;
-use super::smooth::SmoothedLog;
 use crate::problem::Objective;
 use bristle::Scalar;
 use bristle::parameter::Checked;
@@ -36,7 +35,7 @@ pub(super) const WHOLE: f64 = f64::INFINITY;
 #[derive(Debug, Clone)]
 pub(super) struct Errors<'a> {
     pub(super) model: &'a Model,
-    pub(super) logs: &'a [SmoothedLog<'a>],
+    pub(super) logs: &'a [DriveLog],
     /// Length of the segments \[s\], [`INVERSE`] or [`WHOLE`].
     pub(super) length: f64,
     /// Largest gradient of a row that counts for the standard errors \[rad\].
@@ -68,19 +67,19 @@ pub(super) fn segments(log: &DriveLog, length: f64) -> Vec<Range<usize>> {
 
 impl<'a> Errors<'a> {
     /// Without weights, and whatever their gradients.
-    pub(super) fn new(model: &'a Model, logs: &'a [SmoothedLog<'a>], length: f64) -> Self {
+    pub(super) fn new(model: &'a Model, logs: &'a [DriveLog], length: f64) -> Self {
         Self { model, logs, length, largest_gradient: f64::INFINITY, weights: Vec::new() }
     }
 
     /// The residuals of the mechanism of a log.
-    fn of_plant<T: Scalar>(&self, plant: &Plant<'_, T>, log: &SmoothedLog<'_>) -> Checked<Vec<T>> {
+    fn of_plant<T: Scalar>(&self, plant: &Plant<'_, T>, log: &DriveLog) -> Checked<Vec<T>> {
         let mut residuals = Vec::new();
         let inverse = self.length == INVERSE;
         let length = if inverse { WHOLE } else { self.length };
         // The bristle that follows the measured motion, from segment to segment.
         let mut bristle = LoadedDeflection::none();
         let mut reached = None;
-        for segment in segments(log.log, length) {
+        for segment in segments(log, length) {
             let Some(first) = log.rows.get(segment.start) else { continue };
             if reached != Some(segment.start) {
                 bristle = plant.deflected(first);
@@ -94,7 +93,7 @@ impl<'a> Errors<'a> {
                 let (LoadedDeflection { deflection, load }, time) = (bristle, T::zero());
                 let mut state =
                     JointState { time, angle, velocity, deflection, load, acceleration };
-                let measured = log.log.position.iter().skip(segment.start + 1);
+                let measured = log.position.iter().skip(segment.start + 1);
                 for (row, &position) in segment.clone().zip(measured) {
                     state = plant.advance(state, row)?;
                     residuals.push(state.angle - lit(position));
@@ -116,24 +115,24 @@ impl<'a> Errors<'a> {
 
     /// Sum of squares to which those of a log are compared: of the motor's torque, or of the
     /// position about its mean in each segment.
-    pub(super) fn whole(&self, number: usize, log: &SmoothedLog<'_>, values: &[f64]) -> f64 {
+    pub(super) fn whole(&self, number: usize, log: &DriveLog, values: &[f64]) -> f64 {
         if self.length == INVERSE {
             let plant = Plant::new(self.model, log, number, values);
             let torque = |row| plant.as_ref().map_or(f64::NAN, |plant| plant.measured(row).motor);
             return log.rows.iter().map(|row| torque(row).powi(2)).sum();
         }
         let about_mean = |rows: Range<usize>| -> f64 {
-            let ours = log.log.position.get(rows).unwrap_or_default();
+            let ours = log.position.get(rows).unwrap_or_default();
             let mean = ours.iter().sum::<f64>() / ours.len() as f64;
             ours.iter().map(|x| (x - mean) * (x - mean)).sum()
         };
-        segments(log.log, self.length).into_iter().map(about_mean).sum()
+        segments(log, self.length).into_iter().map(about_mean).sum()
     }
 
     /// The weighted residuals log by log, by as many threads as the machine has. A log without
     /// weights is not simulated.
     pub(super) fn by_log<T: Scalar>(&self, values: &[T]) -> Checked<Vec<Vec<T>>> {
-        let of_log = |number: usize, log: &SmoothedLog<'_>| {
+        let of_log = |number: usize, log: &DriveLog| {
             let weights = self.weights.get(number).map_or(&[][..], Vec::as_slice);
             if !weights.is_empty() && weights.iter().all(|&weight| weight == 0.0) {
                 return Ok(vec![T::zero(); weights.len()]);
@@ -158,34 +157,30 @@ impl Objective for Errors<'_> {
 /// the machine has.
 fn side_by_side<I: Sync, R: Send>(list: &[I], of: impl Fn(usize, &I) -> R + Sync) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(list.len());
-    let next = AtomicUsize::new(0);
+    let mut results: Vec<Option<R>> = list.iter().map(|_| None).collect();
+    let left = Mutex::new(list.iter().enumerate().zip(&mut results));
     let work = || {
-        let numbers = core::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
-        let ours = numbers.map_while(|number| Some((number, of(number, list.get(number)?))));
-        ours.collect::<Vec<_>>()
+        let next = || left.lock().ok()?.next();
+        while let Some(((number, item), result)) = next() {
+            *result = Some(of(number, item));
+        }
     };
-    let mut all = std::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         let start = |_| std::thread::Builder::new().spawn_scoped(scope, work).ok();
         let others: Vec<_> = (1..threads).filter_map(start).collect();
-        let mut all = work();
+        work();
         for other in others {
-            match other.join() {
-                Ok(theirs) => all.extend(theirs),
-                // A panic of a term of the user's own.
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
+            // A panic of a term of the user's own.
+            other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         }
-        all
     });
-    all.sort_by_key(|(number, _)| *number);
-    all.into_iter().map(|(_, result)| result).collect()
+    results.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::mechanism::smooth::smooth;
     use crate::mechanism::start::guess;
     use crate::mechanism::{Drive, DriveLogParameters, Friction, Joint, KnownLoad, Term};
     use num_dual::Dual64;
@@ -215,12 +210,11 @@ mod tests {
             .start("spring_rate", 0.1)
             .start("drag", 0.01)
             .start("coulomb_torque", 0.1);
-        let smoothed = [smooth(&logs[0])];
-        let guess = guess(&joint, &smoothed).unwrap();
-        let table = joint.table(&friction, &guess, 1).unwrap();
-        let model = Model { joint, friction, table, fastest: 20.0, step: 1e-3 };
-        let errors = Errors::new(&model, &smoothed, length);
-        let parameters = &model.table.parameters;
+        let guess = guess(&joint, &logs).unwrap();
+        let model = joint.model(&friction, &guess, 1).unwrap();
+        let model = Model { fastest: 20.0, step: 1e-3, ..model };
+        let errors = Errors::new(&model, &logs, length);
+        let parameters = &model.parameters;
         let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
         let searched = |(_, p): &(usize, &crate::Parameter)| p.least < p.most;
         for (i, parameter) in parameters.iter().enumerate().filter(searched) {

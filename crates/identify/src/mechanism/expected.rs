@@ -24,7 +24,6 @@ use super::criteria::{Errors, WHOLE};
 use super::fit::Stages;
 use super::log::DriveLog;
 use super::report::ExpectedError;
-use super::smooth::{SmoothedLog, smooth};
 use crate::initial_guess::noise;
 use crate::least_squares::Draw;
 use crate::log::quantile;
@@ -51,14 +50,14 @@ fn drive_noise(log: &DriveLog) -> f64 {
     if log.noisy { size } else { 0.0 }
 }
 
-fn is_command(logs: &[SmoothedLog<'_>]) -> bool {
-    logs.iter().all(|smoothed| drive_noise(smoothed.log) == 0.0)
+fn is_command(logs: &[DriveLog]) -> bool {
+    logs.iter().all(|log| drive_noise(log) == 0.0)
 }
 
 /// Logs with more noise of a sign; that of the position is at most of a size. An encoder that
 /// stands still keeps its error.
-fn noisier(logs: &[SmoothedLog<'_>], [most, sign]: [f64; 2], draw: &mut Draw) -> Vec<DriveLog> {
-    let one = |&SmoothedLog { log, .. }: &SmoothedLog<'_>| {
+fn noisier(logs: &[DriveLog], [most, sign]: [f64; 2], draw: &mut Draw) -> Vec<DriveLog> {
+    let one = |log: &DriveLog| {
         let of_position = sign * most.min(noise(&log.position) / 6.0);
         let of_drive = sign * drive_noise(log);
         let drive = log.drive.iter().map(|value| value + of_drive * draw.gauss()).collect();
@@ -71,7 +70,7 @@ fn noisier(logs: &[SmoothedLog<'_>], [most, sign]: [f64; 2], draw: &mut Draw) ->
             x + error
         };
         let position = log.position.iter().enumerate().map(moved).collect();
-        DriveLog { drive, position, ..log.clone() }
+        DriveLog { drive, position, ..log.clone() }.smoothed()
     };
     logs.iter().map(one).collect()
 }
@@ -87,7 +86,6 @@ impl Stages<'_> {
     /// Compares lengths of the last segments, if a drive is noisy, and takes that of the least
     /// errors.
     pub(super) fn compare_lengths(&mut self) -> Checked<()> {
-        self.expected.clear();
         if is_command(self.errors.logs) {
             return Ok(());
         }
@@ -117,8 +115,7 @@ impl Stages<'_> {
         let (values, mut noise, mut count) = (problem.values(&problem.start), 0.0, 0.0);
         for _ in 0..draws {
             let noisy = noisier(errors.logs, [most, 1.0], &mut draw);
-            let logs: Vec<SmoothedLog<'_>> = noisy.iter().map(smooth).collect();
-            let residuals = Errors { logs: &logs, ..errors.clone() }.by_log(&values)?;
+            let residuals = Errors { logs: &noisy, ..errors.clone() }.by_log(&values)?;
             let mut score = Point::zeros(parameters.len());
             for (r, (before, gradient)) in residuals.iter().flatten().zip(&rows.rows) {
                 // A row beyond says nothing of the accuracy.
@@ -150,8 +147,7 @@ impl Stages<'_> {
             for sign in [1.0, -1.0] {
                 draw = before.clone();
                 let noisy = noisier(errors.logs, [most, sign], &mut draw);
-                let logs: Vec<SmoothedLog<'_>> = noisy.iter().map(smooth).collect();
-                let errors = Errors { logs: &logs, ..errors.clone() };
+                let errors = Errors { logs: &noisy, ..errors.clone() };
                 let found = linear(&Problem::new(&errors, &self.parameters)?);
                 let (Some((_, found)), false) = (found, self.ask().is_break()) else {
                     return Ok(None);
@@ -187,9 +183,8 @@ impl Stages<'_> {
             fit.estimates.iter_mut().zip(values).for_each(|(e, value)| e.value = value);
         }
         for ((estimate, size), slope) in fit.estimates.iter_mut().zip(&sizes).zip(slopes) {
-            use Identifiability::{Determined, Uncertain};
             let Estimate { value, standard_error, verdict, .. } = estimate;
-            if [Determined, Uncertain].contains(verdict) {
+            if matches!(verdict, Identifiability::Determined | Identifiability::Uncertain) {
                 *standard_error = (unexplained.sqrt() * *standard_error).hypot(size * slope);
                 *verdict = Identifiability::of(*value, *standard_error);
             }
@@ -213,7 +208,7 @@ mod tests {
         let torque = vec![0.0; 200];
         let new = DriveLogParameters::new(&time, &position, Drive::Torque(&torque));
         let log = DriveLog::new(new).unwrap();
-        let noisy = noisier(&[smooth(&log)], [f64::INFINITY, 1.0], &mut Draw::new());
+        let noisy = noisier(&[log], [f64::INFINITY, 1.0], &mut Draw::new());
         let errors: Vec<f64> =
             noisy[0].position.iter().zip(&position).map(|(noisy, x)| noisy - x).collect();
         let changes = |rows: core::ops::Range<usize>| {

@@ -19,7 +19,6 @@ use super::judge::judge;
 use super::ladder::{off_neutral, starts, tried};
 use super::log::DriveLog;
 use super::report::{ExpectedError, JointFit};
-use super::smooth::{SmoothedLog, smooth};
 use super::start::guess;
 use crate::least_squares::{Found, PROBES, minimise};
 use crate::log::{quantile, span};
@@ -125,8 +124,7 @@ impl Settings {
             let row = "a 200th of the median time from row to row (is the time in s?)";
             Named("step", self.step).at_least(row, least)?;
         }
-        Named("largest_sensitivity", self.largest_sensitivity).positive()?;
-        Ok(())
+        Named("largest_sensitivity", self.largest_sensitivity).positive().map(drop)
     }
 }
 
@@ -182,18 +180,15 @@ pub(super) fn fit_candidate(
 ) -> Checked<JointFit> {
     Named("logs", fitted.len()).count(1)?;
     settings.check([fitted, held_out])?;
-    let logs: Vec<SmoothedLog<'_>> = fitted.iter().map(smooth).collect();
-    let guess = guess(joint, &logs)?;
-    let table = joint.table(friction, &guess, fitted.len())?;
-    let (fastest, step) = (guess.fastest, settings.step);
-    let model = Model { joint: joint.clone(), friction: *friction, table, fastest, step };
+    let guess = guess(joint, fitted)?;
+    let model = Model { step: settings.step, ..joint.model(friction, &guess, fitted.len())? };
     let duration = fitted.iter().map(|log| span(&log.time)).fold(0.0, f64::max);
     let mut stages = Stages {
-        errors: Errors::new(&model, &logs, INVERSE),
+        errors: Errors::new(&model, fitted, INVERSE),
         settings,
         duration,
         range: guess.range,
-        parameters: model.table.parameters.clone(),
+        parameters: model.parameters.clone(),
         runs: 0,
         shortened: None,
         stopped: false,
@@ -204,28 +199,25 @@ pub(super) fn fit_candidate(
     let found = stages.all(contained)?;
     let problem = Problem::new(&stages.errors, &stages.parameters)?;
     let mut fit = assess(&problem, &found, stages.errors.largest_gradient);
-    let (runs, horizon) = (stages.runs + 1, stages.errors.length);
-    let lengths = core::mem::take(&mut stages.expected);
     stages.know_noise(&mut fit)?;
     fit.remarks.extend(stages.shortened);
-    for (estimate, &log) in fit.estimates.iter_mut().zip(&model.table.logs) {
+    for (estimate, &log) in fit.estimates.iter_mut().zip(&model.of_logs) {
         estimate.log = log;
     }
     let values = fit.values();
-    let unseen: Vec<SmoothedLog<'_>> = held_out.iter().map(smooth).collect();
-    let held_out = (!unseen.is_empty()).then(|| model.scores(&values, &unseen));
+    let held_out = (!held_out.is_empty()).then(|| model.scores(&values, held_out));
     let mut result = JointFit {
         friction: *friction,
         fit,
-        horizon,
-        expected: lengths,
-        fitted: model.scores(&values, &logs)?,
+        horizon: stages.errors.length,
+        expected: stages.expected,
+        fitted: model.scores(&values, fitted)?,
         held_out: held_out.transpose()?,
-        gradient_runs: runs,
+        gradient_runs: stages.runs + 1,
         run_limit: settings.gradient_runs,
         model,
     };
-    judge(&mut result, &logs);
+    judge(&mut result, fitted);
     Ok(result)
 }
 
@@ -266,11 +258,10 @@ impl Stages<'_> {
                 || self.segments(asked, [stage == 0, last], contained)?.is_break();
             let iterations = self.left() / (2 * (horizons.len() - stage) - 1);
             if stopped || iterations == 0 {
-                let limit = SearchOutcome::RunLimit;
-                // The best of the starts, if any was better.
-                found = self.minimise(0, false)?;
-                found.outcome = if stopped { SearchOutcome::Stopped } else { limit };
-                break;
+                // The best of the starts, if any was better; at the limit of its runs.
+                let best = self.minimise(0, false)?;
+                let outcome = if stopped { SearchOutcome::Stopped } else { best.outcome };
+                return Ok(Found { outcome, ..best });
             }
             let coarse = iterations.min(COARSE_RUNS);
             found = if last { self.last()? } else { self.minimise(coarse, false)? };
@@ -357,16 +348,16 @@ impl Stages<'_> {
     /// With candidates that this one contains, it takes the best of theirs, and keeps its own for a
     /// second search.
     fn try_starts(&mut self, contained: &[&JointFit]) -> ControlFlow<()> {
-        let table = &self.errors.model.table;
+        let model = self.errors.model;
         let ended = contained.iter().flat_map(|&fit| {
             [false, true].map(|undamped| {
-                let values = table.begun(fit, [false, undamped]);
+                let values = model.begun(fit, [false, undamped]);
                 (self.errors.cost(&values), values, fit)
             })
         });
         let least = ended.min_by(|a, b| a.0.total_cmp(&b.0));
         self.own = least.is_some().then(|| starts(&self.parameters));
-        let begun = least.as_ref().map(|(_, _, fit)| table.begun(fit, [true, false]));
+        let begun = least.as_ref().map(|(_, _, fit)| model.begun(fit, [true, false]));
         let begun = begun.unwrap_or_else(|| starts(&self.parameters));
         begin_at(&mut self.parameters, &begun);
         let mut best = least.map_or((f64::INFINITY, Vec::new()), |least| (least.0, least.1));

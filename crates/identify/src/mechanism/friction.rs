@@ -161,21 +161,17 @@ impl Friction {
         if self.directional {
             all.push(logarithmic("backward_ratio", "", 1.0, 0.1..=10.0));
         }
-        // σ1 of a critically damped stuck joint is 2 √(σ0 J/T_c).
-        let critical = |stiffness: f64| 2.0 * (stiffness * guess.inertia / coulomb).sqrt();
-        if matches!(self.kind, Kind::Coulomb | Kind::Stribeck) {
-            let stiffness = STIFF / range;
-            let damping = 0.5 * critical(stiffness);
-            all.push(logarithmic("micro_stiffness", "1/m", stiffness, stiffness..=stiffness));
-            all.push(logarithmic("micro_damping", "s/m", damping, damping..=damping));
-            return all;
-        }
-        let stiffness = 200.0 / range;
-        all.push(logarithmic("micro_stiffness", "1/m", stiffness, 1.0 / range..=STIFF / range));
+        let fixed = matches!(self.kind, Kind::Coulomb | Kind::Stribeck);
+        let (start, least) = if fixed { (STIFF, STIFF) } else { (200.0, 1.0) };
+        let (stiffness, bounds) = (start / range, least / range..=STIFF / range);
+        all.push(logarithmic("micro_stiffness", "1/m", stiffness, bounds));
         if self.kind != Kind::Dahl {
-            let damping = 0.1 * critical(stiffness);
-            let bounds = 0.0..=1e3 * damping;
-            all.push(Parameter::scaled("micro_damping", "s/m", damping, bounds, damping));
+            // Of critical damping of the stuck joint, 2 √(σ0 J/T_c).
+            let share = if fixed { 0.5 } else { 0.1 };
+            let damping = share * (2.0 * (stiffness * guess.inertia / coulomb).sqrt());
+            let bounds = if fixed { damping..=damping } else { 0.0..=1e3 * damping };
+            let typical = (!fixed).then_some(damping);
+            all.push(Parameter { typical, ..logarithmic("micro_damping", "s/m", damping, bounds) });
         }
         all
     }
@@ -197,19 +193,18 @@ impl Friction {
         let (backward, micro_damping) = (or("backward_ratio", one), or("micro_damping", zero));
         let curve = |size: T| -> Checked<AnyCurve<T>> {
             let viscous_friction = zero;
-            Ok(if self.falls() {
-                Stribeck::new(StribeckParameters {
-                    static_coefficient: size * (one + excess),
-                    dynamic_coefficient: size,
-                    stribeck_velocity,
-                    stribeck_exponent: or("stribeck_exponent", lit(2.0)),
-                    viscous_friction,
-                })?
-                .into()
-            } else {
-                Coulomb::new(CoulombParameters { dynamic_coefficient: size, viscous_friction })?
-                    .into()
-            })
+            if !self.falls() {
+                let parameters = CoulombParameters { dynamic_coefficient: size, viscous_friction };
+                return Ok(Coulomb::new(parameters)?.into());
+            }
+            let curve = Stribeck::new(StribeckParameters {
+                static_coefficient: size * (one + excess),
+                dynamic_coefficient: size,
+                stribeck_velocity,
+                stribeck_exponent: or("stribeck_exponent", lit(2.0)),
+                viscous_friction,
+            });
+            Ok(curve?.into())
         };
         let forward = curve(one)?;
         let curve = if self.directional {

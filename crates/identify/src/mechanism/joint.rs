@@ -131,10 +131,9 @@ impl Term {
     pub(super) fn sum<T: Scalar>(terms: &[Self], all: &[T], known: f64, x: T, v: T) -> [T; 3] {
         let (mut sum, mut rest) = ([T::zero(); 3], all);
         for term in terms {
-            let (ours, others) = rest.split_at_checked(term.names().len()).unwrap_or_default();
+            let ours = rest.split_off(..term.names().len()).unwrap_or_default();
             let torque = term.torque(ours, known, x, v);
             sum.iter_mut().zip(torque).for_each(|(sum, part)| *sum += part);
-            rest = others;
         }
         sum
     }
@@ -304,8 +303,9 @@ impl Joint {
         })
     }
 
-    /// The parameters of joint and friction in their order, for so many logs.
-    pub(super) fn table(&self, friction: &Friction, guess: &Guess, logs: usize) -> Checked<Table> {
+    /// The joint with a friction and the parameters of both in their order, for so many logs. Steps
+    /// reach from row to row.
+    pub(super) fn model(&self, friction: &Friction, guess: &Guess, logs: usize) -> Checked<Model> {
         let mut base = vec![Parameter::positive("inertia", "kg", guess.inertia, 1000.0)];
         base.extend(&guess.drive);
         let viscous = guess.torque / guess.speed;
@@ -313,9 +313,8 @@ impl Joint {
         base.push(Parameter::scaled("drag", "N s/m", guess.drag, bounds, 0.1 * viscous));
         let mut found = guess.terms.as_slice();
         for term in &self.terms {
-            let (ours, others) = found.split_at_checked(term.names().len()).unwrap_or_default();
+            let ours = found.split_off(..term.names().len()).unwrap_or_default();
             base.extend(term.parameters(guess, ours));
-            found = others;
         }
         base.extend(friction.parameters(guess));
         let of_friction = Friction::lugre().loaded().directional().parameters(guess);
@@ -337,23 +336,31 @@ impl Joint {
             let each = self.said.contains(&(parameter.name, Said::OfEachLog));
             (0..if each { logs } else { 1 }).map(move |log| (parameter, each.then_some(log)))
         });
-        let (parameters, logs) = all.unzip();
-        Ok(Table { parameters, logs })
+        let ((parameters, of_logs), joint) = (all.unzip(), self.clone());
+        let (friction, fastest, step) = (*friction, guess.fastest, f64::INFINITY);
+        Ok(Model { joint, friction, parameters, of_logs, fastest, step })
     }
 }
 
-/// Parameters as they are searched: those of each log several times.
+/// A joint with a candidate for its friction, their parameters as they are searched, those of each
+/// log several times, and how they are simulated.
 #[derive(Debug, Clone)]
-pub(super) struct Table {
+pub(super) struct Model {
+    pub(super) joint: Joint,
+    pub(super) friction: Friction,
     pub(super) parameters: Vec<Parameter>,
-    /// Number of its log.
-    pub(super) logs: Vec<Option<usize>>,
+    /// Of each parameter the log whose own it is.
+    pub(super) of_logs: Vec<Option<usize>>,
+    /// Largest speed of the logs [rad/s].
+    pub(super) fastest: f64,
+    /// Longest step [s].
+    pub(super) step: f64,
 }
 
-impl Table {
+impl Model {
     /// Values of which those of some logs alone are the mean of the others.
     pub(super) fn without(&self, values: Vec<f64>, out: impl Fn(usize) -> bool) -> Vec<f64> {
-        let is_out = |i: usize| self.logs[i].is_some_and(&out);
+        let is_out = |i: usize| self.of_logs[i].is_some_and(&out);
         let mean = |i: usize| {
             let same = |j: &usize| self.parameters[*j].name == self.parameters[i].name;
             let others: Vec<f64> =
@@ -366,7 +373,7 @@ impl Table {
     /// The value of a parameter for a log. Of parameters that each log has for itself a log beyond
     /// those fitted takes the mean.
     pub(super) fn value<T: Scalar>(&self, values: &[T], log: usize, name: &str) -> Option<T> {
-        let all = self.parameters.iter().zip(&self.logs).zip(values);
+        let all = self.parameters.iter().zip(&self.of_logs).zip(values);
         let ours = all.filter(|((parameter, _), _)| parameter.name == name);
         let ours = ours.map(|((_, of), &value)| (*of, value));
         let one = ours.clone().find(|(of, _)| of.is_none_or(|of| of == log));
@@ -375,18 +382,6 @@ impl Table {
             Some(sum / lit(ours.count() as f64))
         })
     }
-}
-
-/// A joint with a candidate for its friction, and how it is simulated.
-#[derive(Debug, Clone)]
-pub(super) struct Model {
-    pub(super) joint: Joint,
-    pub(super) friction: Friction,
-    pub(super) table: Table,
-    /// Largest speed of the logs [rad/s].
-    pub(super) fastest: f64,
-    /// Longest step [s].
-    pub(super) step: f64,
 }
 
 #[cfg(test)]

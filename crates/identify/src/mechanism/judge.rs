@@ -7,10 +7,10 @@
 //! all.
 
 use super::criteria::INVERSE;
+use super::log::DriveLog;
 use super::plant::Plant;
 use super::report::{JointFit, Score};
-use super::smooth::SmoothedLog;
-use crate::log::range;
+use crate::log::extent;
 use crate::{Identifiability, Remark};
 
 /// Range of positions of a pendulum [rad] that looks like degrees: more than four turns.
@@ -24,7 +24,7 @@ const UNEXPLAINED: f64 = 1.0 / 3.0;
 const LEAST_MOTION: f64 = 0.03;
 
 /// Adds what speaks against the result.
-pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
+pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
     let unexplained = unexplained(result, logs);
     let one_load = one_load(result, logs);
     let at_bound =
@@ -44,10 +44,10 @@ pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
     let pendulum = result.fit.estimate("gravity_torque").is_some();
     let mut remarks = unexplained;
     remarks.append(&mut result.fit.remarks);
-    for (number, SmoothedLog { log, .. }) in logs.iter().enumerate() {
-        let ((least, most), count) = (range(&log.position), log.pieces().len() - 1);
-        let turns = Remark::ManyTurns { log: number, range: most - least };
-        remarks.extend((pendulum && most - least > TURNS).then_some(turns));
+    for (number, log) in logs.iter().enumerate() {
+        let (range, count) = (extent(&log.position), log.pieces().len() - 1);
+        let turns = Remark::ManyTurns { log: number, range };
+        remarks.extend((pendulum && range > TURNS).then_some(turns));
         remarks.extend((count > 0).then_some(Remark::Gaps { log: number, count }));
         remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }
@@ -62,7 +62,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
 }
 
 /// The logs that the model does not explain, the worst first; none where only torques were fitted.
-fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
+fn unexplained(result: &JointFit, logs: &[DriveLog]) -> Vec<Remark> {
     if result.horizon == INVERSE {
         return Vec::new();
     }
@@ -77,14 +77,14 @@ fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
 }
 
 /// What keeps the factors of the load from being told.
-fn one_load(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Option<Remark> {
+fn one_load(result: &JointFit, logs: &[DriveLog]) -> Option<Remark> {
     if !result.friction.loaded {
         return None;
     }
     let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
-    for (number, smoothed) in logs.iter().enumerate() {
-        let plant = Plant::new(&result.model, smoothed, number, &result.fit.values()).ok()?;
-        for row in &smoothed.rows {
+    for (number, log) in logs.iter().enumerate() {
+        let plant = Plant::new(&result.model, log, number, &result.fit.values()).ok()?;
+        for row in &log.rows {
             let torques = plant.measured(row);
             motor = motor.max(torques.motor.abs());
             external = (external.0.min(torques.external), external.1.max(torques.external));

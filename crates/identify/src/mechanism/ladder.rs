@@ -6,7 +6,7 @@
 //! the result of the smaller candidate the larger one can only fall: its squares are never above.
 
 use super::friction::Friction;
-use super::joint::Table;
+use super::joint::Model;
 use super::report::JointFit;
 use crate::{Estimate, Parameter};
 
@@ -63,7 +63,7 @@ pub(super) fn tried(parameters: &[Parameter]) -> Vec<Vec<f64>> {
     places.flat_map(moved).collect()
 }
 
-impl Table {
+impl Model {
     /// The parameters with which a candidate begins at the result of a smaller one: the same, or
     /// nearly so. Then a search moves all of them, and one that was fixed there starts as it does
     /// by itself. Undamped, the bristle lacks its damping: in LuGre's model a stiff one damps more
@@ -80,6 +80,6 @@ impl Table {
             let value = found.map(|e| e.value).or(neutral).unwrap_or(parameter.start);
             value.max(parameter.least).min(parameter.most)
         };
-        self.parameters.iter().zip(&self.logs).map(value).collect()
+        self.parameters.iter().zip(&self.of_logs).map(value).collect()
     }
 }

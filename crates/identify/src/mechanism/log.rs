@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::smooth::{Smoothed, smooth};
 use crate::log::{column, median, pairs, range, times, window};
 use bristle::parameter::{Checked, Named};
 
@@ -132,6 +133,8 @@ pub struct DriveLog {
     pub(super) external: Vec<f64>,
     pub(super) enabled: Vec<bool>,
     pub(super) load: KnownLoad,
+    /// Motion and effort, smoothed.
+    pub(super) rows: Vec<Smoothed>,
 }
 
 /// A step of the time longer than so many medians is a gap.
@@ -189,7 +192,14 @@ impl DriveLog {
             held,
             delay,
             load,
-        })
+            rows: Vec::new(),
+        }
+        .smoothed())
+    }
+
+    /// With its rows smoothed.
+    pub(super) fn smoothed(self) -> Self {
+        Self { rows: smooth(&self), ..self }
     }
 
     /// The rows with from ≤ t ≤ to \[s\].
@@ -212,8 +222,10 @@ impl DriveLog {
             },
             external: part(&self.external),
             enabled: self.enabled.get(rows.clone()).unwrap_or_default().to_vec(),
+            rows: Vec::new(),
             ..*self
-        })
+        }
+        .smoothed())
     }
 
     /// Time \[s\] of each row.

@@ -6,7 +6,7 @@
 use super::friction::Gear;
 use super::joint::{Model, Term, input};
 use super::log::{DriveLog, Source};
-use super::smooth::{Smoothed, SmoothedLog};
+use super::smooth::Smoothed;
 use bristle::parameter::Checked;
 use bristle::scalar::lit;
 use bristle::{Branch, Bristle, Scalar, Surface};
@@ -14,14 +14,10 @@ use bristle_joint::{
     GearFriction, GearTorques, JointMotion, JointState, JointTorques, LoadedDeflection,
 };
 
-/// A torque and its derivatives with respect to position and velocity.
-type Torque<T> = [T; 3];
-
 /// The mechanism of one log.
 pub(super) struct Plant<'a, T: Scalar> {
     model: &'a Model,
     log: &'a DriveLog,
-    rows: &'a [Smoothed],
     inertia: T,
     /// k_t.
     constant: T,
@@ -40,17 +36,16 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// From the parameters of all logs, for the log of a number.
     pub(super) fn new(
         model: &'a Model,
-        SmoothedLog { log, rows }: &'a SmoothedLog<'_>,
+        log: &'a DriveLog,
         number: usize,
         values: &[T],
     ) -> Checked<Self> {
-        let value = |name: &str| model.table.value(values, number, name);
+        let value = |name: &str| model.value(values, number, name);
         let constant = value("torque_constant").unwrap_or_else(T::one);
         let names = model.joint.terms.iter().flat_map(Term::names);
         Ok(Self {
             model,
             log,
-            rows,
             inertia: value("inertia").unwrap_or_else(T::nan) + lit(log.load.inertia),
             constant,
             gain: value("resistance").map_or(constant, |resistance| constant / resistance),
@@ -71,11 +66,12 @@ impl<'a, T: Scalar> Plant<'a, T> {
         self.time(row + 1) - self.time(row)
     }
 
-    /// Torque of the motor between a row and the next, at a share of the time between them, and the
-    /// torque of it that loads the gear: that of a measured drive is smoothed. Its noise would load
-    /// and unload the gear in every step, and let a bristle at its limit slip.
+    /// Torque of the motor, with its derivatives by position and velocity, between a row and the
+    /// next, at a share of the time between them, and the torque of it that loads the gear: that of
+    /// a measured drive is smoothed. Its noise would load and unload the gear in every step, and let
+    /// a bristle at its limit slip.
     #[inline]
-    fn motor(&self, row: usize, [share, half]: [f64; 2], x: T, v: T) -> (Torque<T>, T) {
+    fn motor(&self, row: usize, [share, half]: [f64; 2], x: T, v: T) -> ([T; 3], T) {
         let (log, zero) = (self.log, T::zero());
         if !log.enabled.get(row).copied().unwrap_or(false) {
             return ([zero; 3], zero);
@@ -83,7 +79,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let drive = self.drive(row, share, half);
         let Source::Duty { gain, supply } = &log.source else {
             let torque = self.driven(drive, zero, v);
-            let measured = self.rows.get(row).zip(self.rows.get(row + 1)).filter(|_| log.noisy);
+            let measured = log.rows.get(row).zip(log.rows.get(row + 1)).filter(|_| log.noisy);
             let loading = measured.map_or(torque[0], |(here, next)| {
                 let [here, next] = [here, next].map(|row| self.effort(row));
                 self.driven(here + lit::<T>(share) * (next - here), zero, v)[0]
@@ -147,9 +143,9 @@ impl<'a, T: Scalar> Plant<'a, T> {
     }
 
     /// Torque of the motor by its own torque, a current, or a voltage that may depend on the
-    /// position.
+    /// position; with its derivatives.
     #[inline]
-    fn driven(&self, effort: T, by_position: T, v: T) -> Torque<T> {
+    fn driven(&self, effort: T, by_position: T, v: T) -> [T; 3] {
         let zero = T::zero();
         match self.log.source {
             Source::Torque => [effort, zero, zero],
@@ -161,9 +157,9 @@ impl<'a, T: Scalar> Plant<'a, T> {
         }
     }
 
-    /// Torque of all terms and a measured one.
+    /// Torque of all terms and a measured one, with its derivatives.
     #[inline]
-    fn external(&self, measured: f64, x: T, v: T) -> Torque<T> {
+    fn external(&self, measured: f64, x: T, v: T) -> [T; 3] {
         let known = self.log.load.gravity_torque;
         let [sum, by_x, by_v] = Term::sum(&self.model.joint.terms, &self.terms, known, x, v);
         [sum + lit(measured), by_x, by_v]

@@ -7,7 +7,6 @@ use super::criteria::{Errors, INVERSE, WHOLE};
 use super::friction::{Friction, Gear, GearParameters};
 use super::joint::{Joint, Model, Term, input};
 use super::log::{DriveLog, Source};
-use super::smooth::{SmoothedLog, smooth};
 use crate::Fit;
 use bristle::number::Number;
 use bristle::parameter::{Checked, Named, ParameterError};
@@ -98,7 +97,7 @@ impl Model {
     pub(super) fn errors(
         &self,
         values: &[f64],
-        logs: &[SmoothedLog<'_>],
+        logs: &[DriveLog],
         length: f64,
     ) -> (Score, Vec<Score>) {
         let errors = Errors::new(self, logs, length);
@@ -110,7 +109,7 @@ impl Model {
     }
 
     /// Errors by both criteria.
-    pub(super) fn scores(&self, values: &[f64], logs: &[SmoothedLog<'_>]) -> Checked<GroupScores> {
+    pub(super) fn scores(&self, values: &[f64], logs: &[DriveLog]) -> Checked<GroupScores> {
         self.check(logs)?;
         let [inverse, simulated] = [INVERSE, WHOLE].map(|length| self.errors(values, logs, length));
         let both = |(inverse, simulated)| Scores { inverse, simulated };
@@ -119,10 +118,10 @@ impl Model {
     }
 
     /// Refuses logs of a drive whose constants are not among the parameters.
-    fn check(&self, logs: &[SmoothedLog<'_>]) -> Checked<()> {
-        let has = |name| self.table.parameters.iter().any(|parameter| parameter.name == name);
+    fn check(&self, logs: &[DriveLog]) -> Checked<()> {
+        let has = |name| self.parameters.iter().any(|parameter| parameter.name == name);
         let (constant, resistance) = (has("torque_constant"), has("resistance"));
-        let is_ours = |SmoothedLog { log, .. }: &SmoothedLog<'_>| {
+        let is_ours = |log: &DriveLog| {
             (constant || log.source == Source::Torque) && (resistance || !log.source.is_electric())
         };
         let foreign = ParameterError::chosen("an electric drive", "this fit takes logs of torque");
@@ -133,7 +132,7 @@ impl Model {
 impl JointFit {
     /// The value of a parameter by its name; of those that each log has for itself, the mean.
     pub fn value(&self, name: &str) -> Option<f64> {
-        self.model.table.value(&self.fit.values(), usize::MAX, name)
+        self.model.value(&self.fit.values(), usize::MAX, name)
     }
 
     /// Number of parameters that were searched.
@@ -167,9 +166,9 @@ impl JointFit {
 
     /// Residuals row by row; zero at the first row of a simulation.
     fn residuals(&self, log: &DriveLog, length: f64) -> Checked<Vec<f64>> {
-        let smoothed = [smooth(log)];
-        self.model.check(&smoothed)?;
-        let errors = Errors::new(&self.model, &smoothed, length).by_log(&self.fit.values())?;
+        let logs = core::slice::from_ref(log);
+        self.model.check(logs)?;
+        let errors = Errors::new(&self.model, logs, length).by_log(&self.fit.values())?;
         let mut errors = errors.into_iter().flatten();
         let (mut rows, first) = (vec![0.0; log.time.len()], usize::from(length != INVERSE));
         let pieces = log.pieces().into_iter().filter(|piece| piece.len() > 1);

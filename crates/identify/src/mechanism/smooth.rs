@@ -41,13 +41,6 @@ pub(super) struct Smoothed {
     pub(super) supply: f64,
 }
 
-/// A log, and its rows smoothed.
-#[derive(Debug, Clone)]
-pub(super) struct SmoothedLog<'a> {
-    pub(super) log: &'a DriveLog,
-    pub(super) rows: Vec<Smoothed>,
-}
-
 /// Share of the velocity that noise may leave.
 const NOISE: f64 = 0.01;
 /// Rows to both sides, at least.
@@ -68,7 +61,7 @@ fn window(log: &DriveLog) -> f64 {
 }
 
 /// Smooths every row of a log within the pieces between gaps.
-pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
+pub(super) fn smooth(log: &DriveLog) -> Vec<Smoothed> {
     let (width, lag) = (window(log), log.lag());
     let mut rows = Vec::with_capacity(log.time.len());
     let column = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
@@ -89,11 +82,10 @@ pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
                 _ => (effort, 0.0),
             };
             let position = fitted.at(&|i| column(&log.position, i));
-            let (velocity, acceleration) = match &log.velocity {
-                Some(velocity) => {
-                    let velocity = fitted.at(&|i| column(velocity, i));
-                    (velocity[0], velocity[1])
-                }
+            let measured =
+                log.velocity.as_ref().map(|velocity| fitted.at(&|i| column(velocity, i)));
+            let (velocity, acceleration) = match measured {
+                Some([velocity, acceleration, ..]) => (velocity, acceleration),
                 None => (position[1], 2.0 * position[2]),
             };
             let enabled = |i| f64::from(u8::from(log.enabled.get(i).copied().unwrap_or(false)));
@@ -108,7 +100,7 @@ pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
             });
         }
     }
-    SmoothedLog { log, rows }
+    rows
 }
 
 /// The weights of a local cubic, for any column.

@@ -11,9 +11,9 @@ use super::friction::Friction;
 use super::joint::{Joint, Model, Term};
 use super::log::{DriveLog, Source};
 use super::plant::Plant;
-use super::smooth::{Smoothed, SmoothedLog};
+use super::smooth::Smoothed;
 use crate::least_squares::{Found, minimise};
-use crate::log::range;
+use crate::log::extent;
 use crate::problem::Objective;
 use crate::{Parameter, SearchProgress, SearchSettings};
 use bristle::Scalar;
@@ -57,9 +57,9 @@ fn given(joint: &Joint, name: &'static str, unit: &'static str) -> Checked<Param
 }
 
 /// Values that suit the logs.
-pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Checked<Guess> {
-    let any = |of: fn(&Source) -> bool| logs.iter().any(|smoothed| of(&smoothed.log.source));
-    let largest = |of: fn(&DriveLog) -> f64| logs.iter().map(|one| of(one.log)).fold(0.0, f64::max);
+pub(super) fn guess(joint: &Joint, logs: &[DriveLog]) -> Checked<Guess> {
+    let any = |of: fn(&Source) -> bool| logs.iter().any(|log| of(&log.source));
+    let largest = |of: fn(&DriveLog) -> f64| logs.iter().map(of).fold(0.0, f64::max);
     let (is_other, is_electric) = (any(|it| *it != Source::Torque), any(Source::is_electric));
     let constant = is_other.then(|| given(joint, "torque_constant", "N/A")).transpose()?;
     let resistance = is_electric.then(|| given(joint, "resistance", "Ω")).transpose()?;
@@ -81,10 +81,7 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Checked<Guess> {
     let fastest = rows().fold(0.0, |most, row| f64::max(most, row.velocity.abs()));
     let torque = rows().fold(0.0, |most, row| f64::max(most, (row.effort[0] * k / r).abs()));
     let swing = rows().map(|row| row.acceleration * row.acceleration).sum::<f64>() / count;
-    let span = largest(|log| {
-        let (least, most) = range(&log.position);
-        most - least
-    });
+    let span = largest(|log| extent(&log.position));
     let known_gravity = largest(|log| log.load.gravity_torque.abs());
     let size = torque.max(known_gravity).max(joint.given("gravity_torque").unwrap_or(0.0));
     Named("the largest torque of the drives", size).positive()?;
@@ -115,15 +112,12 @@ pub(super) fn guess(joint: &Joint, logs: &[SmoothedLog<'_>]) -> Checked<Guess> {
 }
 
 /// The least squares of the equation of motion, from sizes.
-fn refine(joint: &Joint, logs: &[SmoothedLog<'_>], mut guess: Guess) -> Checked<Guess> {
-    let friction = Friction::coulomb();
-    let table = joint.table(&friction, &guess, logs.len())?;
-    let fastest = guess.fastest;
-    let model = Model { joint: joint.clone(), friction, table, fastest, step: f64::INFINITY };
+fn refine(joint: &Joint, logs: &[DriveLog], mut guess: Guess) -> Checked<Guess> {
+    let model = joint.model(&Friction::coulomb(), &guess, logs.len())?;
     let slowest = 0.1 * guess.speed;
     let rows = || logs.iter().flat_map(|one| &one.rows);
     let moving = rows().filter(|row| row.velocity.abs() >= slowest).count();
-    let mut parameters = model.table.parameters.clone();
+    let mut parameters = model.parameters.clone();
     Named("rows that move", moving).count(parameters.len() + 1)?;
     let every = rows().count().div_ceil(MOST_ROWS);
     let moving = Moving { model: &model, logs, slowest, every };
@@ -149,7 +143,7 @@ fn refine(joint: &Joint, logs: &[SmoothedLog<'_>], mut guess: Guess) -> Checked<
         }
     }
     let Some(found) = best else { return Ok(guess) };
-    let value = |name: &str| model.table.value(&found.values, usize::MAX, name).unwrap_or(0.0);
+    let value = |name: &str| model.value(&found.values, usize::MAX, name).unwrap_or(0.0);
     // Of a drive with the wrong sign, neither inertia nor friction is left.
     let left = (value("inertia") / guess.inertia).max(value("coulomb_torque") / guess.coulomb);
     let rule = "be positive: does the drive have the sign of the position, and both SI units?";
@@ -162,7 +156,7 @@ fn refine(joint: &Joint, logs: &[SmoothedLog<'_>], mut guess: Guess) -> Checked<
 /// The equation of motion along rows that move.
 struct Moving<'a> {
     model: &'a Model,
-    logs: &'a [SmoothedLog<'a>],
+    logs: &'a [DriveLog],
     /// Least speed [rad/s].
     slowest: f64,
     /// Every so many rows count.
@@ -171,11 +165,11 @@ struct Moving<'a> {
 
 impl Objective for Moving<'_> {
     fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()> {
-        for (number, smoothed) in self.logs.iter().enumerate() {
-            let plant = Plant::new(self.model, smoothed, number, values)?;
-            let coulomb = self.model.table.value(values, number, "coulomb_torque");
+        for (number, log) in self.logs.iter().enumerate() {
+            let plant = Plant::new(self.model, log, number, values)?;
+            let coulomb = self.model.value(values, number, "coulomb_torque");
             let coulomb = coulomb.unwrap_or_else(T::nan);
-            for row in smoothed.rows.iter().step_by(self.every) {
+            for row in log.rows.iter().step_by(self.every) {
                 if row.velocity.abs() >= self.slowest {
                     each(plant.remaining(row) - coulomb * lit(row.velocity.signum()));
                 }

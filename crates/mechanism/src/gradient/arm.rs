@@ -3,7 +3,7 @@
 use core::mem::take;
 
 use super::{ContactAdjoint, Differentiable};
-use crate::arm::{Arm, ArmMiddle, KEPT, Room, structure};
+use crate::arm::{Arm, ArmMiddle, KEPT, Room};
 use crate::contacts::{ContactState, Step};
 use crate::mechanism::Storage;
 use crate::rows::Rows;
@@ -84,13 +84,13 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> Arm<T, R, S> {
         let (n, gravity) = (self.mechanism.coordinates(), self.gravity);
         check_length("accelerations", after.acceleration, n)?;
         self.mechanism.check_gradient(companions, after.contacts, by, gradient)?;
-        let (duration, structure) = (forwards(duration), structure(n));
+        let duration = forwards(duration);
         let half = lit::<T>(0.5) * duration;
         let (rows, mut parts) = self.mechanism.prepared(duration);
         let mut room = Room::new(take(&mut parts.room), n, by.len());
         room.predict(motion, half, gravity);
         room.assemble(parts.mass, parts.acceleration);
-        let step = Step { structure, duration, companions, rows };
+        let step = Step { duration, companions, rows };
         let contacts = [before.contacts, after.contacts];
         let of_motion = [&mut *position, &mut *velocity, &mut *acceleration];
         parts.pull_back(&step, &[], contacts, of_motion, by, gradient);

@@ -39,7 +39,7 @@ impl<T: Scalar> Default for ContactAdjoint<T> {
 
 /// Whether the limit has cut the deflection.
 fn is_cut<T: Scalar>(step: &CompanionStep<T>, after: &ContactState<T>) -> bool {
-    let free = step.weights().end(step.deflection(), step.coefficients().drive * after.mean());
+    let free = step.weights().end(step.deflection(), step.coefficients().drive * after.mean);
     free != after.deflection()
 }
 
@@ -60,15 +60,9 @@ fn slopes<T: Scalar>(x: T, [decay, phi1, phi2]: [T; 3]) -> [T; 2] {
 }
 
 impl<T: Scalar> ContactAdjoint<T> {
-    /// Of a step without loads of its own: the load was that of the step before.
-    pub(crate) fn keep_load(&mut self) {
-        self.load += self.given_load;
-        self.given_load = T::zero();
-    }
-
     /// By the mean sliding velocity of a step, by way of the deflection at its end.
     pub(crate) fn by_mean(&self, after: &ContactState<T>) -> T {
-        match after.frozen() {
+        match &after.frozen {
             Some(step) if !is_cut(step, after) => {
                 self.deflection * step.weights().end(T::zero(), step.coefficients().drive)
             }
@@ -88,7 +82,7 @@ impl<T: Scalar> ContactAdjoint<T> {
         by: [T; 2],
         gradient: &mut [T],
     ) -> T {
-        let Some(step) = state.frozen() else { return T::zero() };
+        let Some(step) = &state.frozen else { return T::zero() };
         let (reference, cut) = (companion.contact().reference_load(), is_cut(step, state));
         let ((predicted, counts), [before, after]) =
             (start.predict(sliding), [start.load(), state.load()]);
@@ -96,7 +90,7 @@ impl<T: Scalar> ContactAdjoint<T> {
         let scale = if after == reference { T::one() } else { after / reference };
         let on = Surface::scaled(predicted, scale);
         let by_end = if cut { T::zero() } else { self.deflection };
-        let (mut by_reloaded, by) = by_coefficients(step, duration, state.mean(), by, by_end);
+        let (mut by_reloaded, by) = by_coefficients(step, duration, state.mean, by, by_end);
         let mut by_surface = [T::zero(); 2];
         if !is_zero(scale) {
             by_surface = companion.contact().model().pull_back(on, &by, gradient);

@@ -26,8 +26,8 @@ pub use model::Differentiable;
 use crate::band;
 use crate::contacts::{ContactState, Inputs, Step};
 use crate::mechanism::{LinearMechanism, Storage};
-use crate::rows::{Rows, along};
-use crate::step::{Motion, Parts, check_length, forwards};
+use crate::rows::{Rows, along, spread};
+use crate::step::{Parts, check_length, forwards};
 use bristle::Scalar;
 use bristle::companion::{Companion, CompanionStep};
 use bristle::parameter::Checked;
@@ -67,20 +67,21 @@ impl<T: Scalar, R: Rows<T>, S: Storage<T>> LinearMechanism<T, R, S> {
         gradient: &mut [T],
     ) -> Checked<()> {
         let Adjoint { position, velocity, force, contacts: by_contacts } = adjoint;
-        let motion = Motion { position, velocity };
-        self.check_step(inputs, &motion, companions, contacts[0])?;
+        self.check_step(inputs, [&*position, velocity], companions, contacts[0])?;
         check_length("derivatives by forces", force, self.coordinates)?;
         self.check_gradient(companions, contacts[1], by_contacts, gradient)?;
-        let (structure, duration) = (self.structure, forwards(duration));
+        let duration = forwards(duration);
         let (rows, mut parts) = self.prepared(duration);
-        let step = Step { structure, duration, companions, rows };
-        let Motion { position, velocity } = motion;
+        let step = Step { duration, companions, rows };
         force.fill(T::zero());
         let by = [position, velocity, force];
         parts.pull_back(&step, inputs.prescribed, contacts, by, by_contacts, gradient);
         force.copy_from_slice(parts.acceleration);
         if inputs.load.is_empty() {
-            by_contacts.iter_mut().for_each(ContactAdjoint::keep_load);
+            // The load was that of the step before.
+            for by in by_contacts {
+                (by.load, by.given_load) = (by.load + by.given_load, T::zero());
+            }
         }
         Ok(())
     }
@@ -110,19 +111,19 @@ impl<T: Scalar> Parts<'_, T> {
         adjoints: &mut [ContactAdjoint<T>],
         gradient: &mut [T],
     ) {
-        let &Step { structure, duration, companions, rows } = step;
-        let (half, width) = (lit::<T>(0.5) * duration, structure.width(position.len()));
+        let &Step { duration, companions, rows } = step;
+        let (half, width) = (lit::<T>(0.5) * duration, self.structure.width(position.len()));
         for (i, x) in position.iter().enumerate() {
             velocity[i] += duration * *x;
             self.acceleration[i] = acceleration[i] + duration * velocity[i] - half * duration * *x;
         }
         for (k, (adjoint, after)) in adjoints.iter().zip(after).enumerate() {
             spread(rows.row(k), half * adjoint.by_mean(after), self.acceleration);
-            self.dampers[k] = after.frozen().map_or(T::zero(), CompanionStep::damping);
+            self.dampers[k] = after.frozen.as_ref().map_or(T::zero(), CompanionStep::damping);
         }
         self.bias.fill(T::zero());
         self.sliding.fill(T::zero());
-        self.accelerate(structure, half, rows);
+        self.accelerate(half, rows);
         let (y, middle) = (&*self.acceleration, &mut *self.mean_velocity);
         middle.fill(T::zero());
         let matrices = [&*self.stiffness, &*self.damping];
@@ -131,9 +132,9 @@ impl<T: Scalar> Parts<'_, T> {
         band::subtract_products(width, matrices, [middle, y], velocity);
         for (k, adjoint) in adjoints.iter_mut().enumerate() {
             let (states, moved) = ([&before[k], &after[k]], along(rows.row(k), y));
-            let without = after[k].before().unwrap_or_else(T::zero);
+            let without = after[k].before.unwrap_or_else(T::zero);
             let sliding = prescribed.get(k).map_or(without, |&belt| without + belt);
-            let by = [-moved, -moved * after[k].mean()];
+            let by = [-moved, -moved * after[k].mean];
             let mut by_sliding =
                 adjoint.before + adjoint.by_mean(&after[k]) - self.dampers[k] * moved;
             let one = k.min(companions.len() - 1);
@@ -142,15 +143,6 @@ impl<T: Scalar> Parts<'_, T> {
             let companion = &companions[one];
             by_sliding += adjoint.pull_back(companion, duration, states, sliding, by, gradient);
             spread(rows.row(k), by_sliding, velocity);
-        }
-    }
-}
-
-/// v ← v + Wᵀ s of one contact.
-fn spread<T: Scalar>(row: &[(usize, T)], by: T, into: &mut [T]) {
-    for &(place, factor) in row {
-        if let Some(sum) = into.get_mut(place) {
-            *sum += factor * by;
         }
     }
 }
