@@ -261,13 +261,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
             linearised.force_by_velocity[(i, i)] = affine.damping;
             (rate_slope[i], force_slope[i]) = (slopes.rate(v, z), slopes.coefficient(v, z));
         }
-        #[allow(clippy::needless_range_loop, reason = "iterators in two depths are not unrolled")]
-        for j in 0..N {
-            for i in 0..N {
-                linearised.rate_by_velocity[(i, j)] += rate_slope[i] * gradient[j];
-                linearised.force_by_velocity[(i, j)] += force_slope[i] * gradient[j];
-            }
-        }
+        linearised.rate_by_velocity += rate_slope * gradient.transpose();
+        linearised.force_by_velocity += force_slope * gradient.transpose();
         linearised.force_by_velocity *= p;
         linearised
     }
