@@ -1,6 +1,7 @@
 //! A contact patch: bristles of one model along a length, under a pressure.
 
 use super::Pressure;
+use super::axes::{OfAxes, PatchModel};
 use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::scalar::is_zero;
 use bristle::{Affine, Bristle, Contact, Form, LoadChange, Scalar};
@@ -192,33 +193,44 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         self.contact.normal_force()
     }
 
-    /// The transport velocity V = U/L \[1/s\], crossings of the patch per second, of a motion that
-    /// is finite, if the patch rolls forward or stands. Below the smallest parameter a speed is
-    /// none, and its arithmetic with subnormal numbers is slow.
+    /// The transport velocity V = U/L \[1/s\], crossings of the patch per second, if the patch
+    /// rolls forward or stands. Below the smallest parameter a speed is none, and its arithmetic
+    /// with subnormal numbers is slow.
     #[inline]
-    fn transport(&self, motion: Motion<T>) -> Checked<T> {
-        Named("slip_velocity", motion.slip_velocity).finite()?;
-        let rolling_speed = Named("rolling_speed", motion.rolling_speed).non_negative()?;
+    fn transport(&self, rolling_speed: T) -> Checked<T> {
+        let rolling_speed = Named("rolling_speed", rolling_speed).non_negative()?;
         let stands = rolling_speed < Named::smallest();
         let rolling_speed = if stands { T::zero() } else { rolling_speed };
         Named("rolling_speed", rolling_speed / self.length).finite()
     }
 
-    /// A motion and the coefficients of a contact at it, if they are those of a patch.
+    /// The motion of each axis and the coefficients at it, if they are those of a patch.
     #[inline]
-    pub(super) fn frozen<K: Bristle<T, Deflection = T>>(
+    pub(super) fn frozen<V: OfAxes<T, A>, const A: usize>(
         &self,
-        contact: &Contact<T, K>,
-        motion: Motion<T>,
-    ) -> Checked<Frozen<T>> {
-        let (transport, slip_velocity) = (self.transport(motion)?, motion.slip_velocity);
-        Ok(Frozen { affine: coefficients(contact, slip_velocity)?, slip_velocity, transport })
+        motion: Motion<V, T>,
+    ) -> Checked<[Frozen<T>; A]>
+    where
+        M: PatchModel<T, V, A>,
+    {
+        let slip_velocity = motion.slip_velocity.finite("slip_velocity")?;
+        let transport = self.transport(motion.rolling_speed)?;
+        let axes = M::each(&self.contact, slip_velocity, |_, contact, slip_velocity| {
+            let affine = coefficients(contact, slip_velocity);
+            affine.map(|affine| Frozen { affine, slip_velocity, transport })
+        });
+        let mut all = [Frozen { affine: Affine::none(), slip_velocity: T::zero(), transport }; A];
+        for (frozen, axis) in all.iter_mut().zip(axes) {
+            *frozen = axis?;
+        }
+        Ok(all)
     }
 
     /// The transport velocity of a motion that is finite, if the patch rolls forward.
     pub(super) fn rolling(&self, motion: Motion<T>) -> Checked<T> {
         Named("rolling_speed", motion.rolling_speed).positive()?;
-        self.transport(motion)
+        Named("slip_velocity", motion.slip_velocity).finite()?;
+        self.transport(motion.rolling_speed)
     }
 }
 

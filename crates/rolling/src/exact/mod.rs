@@ -30,7 +30,7 @@ use core::marker::PhantomData;
 use nalgebra::SVector;
 
 use super::axes::{OfAxes, PatchModel};
-use super::patch::{Frozen, finite};
+use super::patch::finite;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
 use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
@@ -253,7 +253,7 @@ where
     ///
     /// Refuses a motion that is not finite or runs backwards.
     pub fn settle(&mut self, motion: Motion<V, T>) -> Checked<()> {
-        let all = self.frozen(motion)?;
+        let all = self.patch.frozen(motion)?;
         self.queues.iter_mut().zip(&all).for_each(|(queue, frozen)| queue.settle(frozen));
         Ok(())
     }
@@ -269,7 +269,7 @@ where
     #[inline]
     pub fn step(&mut self, motion: Motion<V, T>, duration: T) -> Checked<V> {
         let duration = Named("duration", duration).non_negative()?;
-        let all = self.frozen(motion)?;
+        let all = self.patch.frozen(motion)?;
         let Self { patch, queues, .. } = self;
         Ok(V::of_axes(core::array::from_fn(|i| {
             let (queue, frozen) = (&mut queues[i], &all[i]);
@@ -346,7 +346,7 @@ where
         duration: T,
     ) -> Checked<PatchStep<'_, T, M, N, B, V, A>> {
         let duration = Named("duration", duration).non_negative()?;
-        let all = self.frozen(predicted)?;
+        let all = self.patch.frozen(predicted)?;
         let stiffness = self.patch.model().stiffness_of_axes();
         let Self { patch, queues, .. } = &mut *self;
         let coupling = |i: usize| patch.coupling(&mut queues[i], stiffness[i], all[i], duration);
@@ -356,22 +356,6 @@ where
             finite("damping", damping)?;
         }
         Ok(PatchStep { rolling: self, couplings })
-    }
-
-    /// The coefficients and the motion of each axis.
-    #[inline]
-    fn frozen(&self, motion: Motion<V, T>) -> Checked<[Frozen<T>; A]> {
-        let Motion { slip_velocity, rolling_speed } = motion;
-        let slip_velocity = slip_velocity.finite("slip_velocity")?;
-        let axes = M::each(self.patch.contact(), slip_velocity, |_, contact, slip_velocity| {
-            self.patch.frozen(contact, Motion { slip_velocity, rolling_speed })
-        });
-        let zero = T::zero();
-        let mut all = [Frozen { affine: Affine::none(), slip_velocity: zero, transport: zero }; A];
-        for (frozen, axis) in all.iter_mut().zip(axes) {
-            *frozen = axis?;
-        }
-        Ok(all)
     }
 
     /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
