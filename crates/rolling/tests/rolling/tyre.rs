@@ -144,3 +144,32 @@ pub(crate) fn function<const N: usize>(
 ) -> impl Pressure<f64> + Copy {
     FunctionPressure::new(Function::new(value, kinks)).unwrap()
 }
+
+/// A pressure that weighs each place with its distance from the inlet, ξ p.
+#[derive(Debug, Clone)]
+pub(crate) struct Levered<P>(P);
+
+impl<P: Pressure<f64>> Pressure<f64> for Levered<P> {
+    fn at_and_slope(&self, place: f64) -> (f64, f64) {
+        let (pressure, slope) = self.0.at_and_slope(place);
+        (place * pressure, pressure + place * slope)
+    }
+
+    fn next_knot(&self, place: f64) -> Option<f64> {
+        self.0.next_knot(place)
+    }
+
+    fn total(&self) -> f64 {
+        self.0.lever(0.0)
+    }
+}
+
+/// The patch under ξ p.
+pub(crate) fn levered<M: Clone, P: Pressure<f64>>(
+    patch: &Patch<f64, M, P>,
+) -> Patch<f64, M, Levered<P>> {
+    let (model, length) = (patch.model().clone(), patch.length());
+    let pressure = Levered(patch.pressure().clone());
+    let load = patch.normal_force() * pressure.total() / patch.pressure().total();
+    Patch::new(PatchParameters { model, length, pressure }).unwrap().under_load(load).unwrap()
+}
