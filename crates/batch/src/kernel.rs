@@ -226,7 +226,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 3> for Pr
         for i in 0..N {
             let axis = &material.axes[i];
             let stiffening = lit::<T>(0.5) * self.0.duration * axis.stiffness + axis.damping;
-            let mu = axis.square() * mu;
+            let mu = axis.ratio * axis.ratio * mu;
             shares[i] = quotient::<T, MEASURED>(mu, mu + stiffening * weighted);
             let carried = load * shares[i];
             biases[i] = carried * (axis.stiffness * deflection[i]);
@@ -282,7 +282,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 1> for Co
             };
             let after =
                 z + (self.0.duration * share[i] * velocity[i] - loss * (one - share[i]) * z);
-            let (size, most) = (z.size(), most * axis.ratio * axis.compliance());
+            let (size, most) = (z.size(), most * axis.ratio * (one / axis.stiffness));
             // The limit at an infinite velocity, infinite or 0·∞, cuts nothing.
             let limit = if size > most { size } else { most };
             // A minimum and a maximum, not a choice among three: one instruction each.
@@ -332,7 +332,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 2, 2> for Ho
         let mu = material.coefficient::<FALL>(speed) * scale;
         for i in 0..N {
             let (axis, v, z) = (&material.axes[i], velocity[i], deflection[i]);
-            let mu = axis.square() * mu;
+            let mu = axis.ratio * axis.ratio * mu;
             let inverse = quotient::<T, MEASURED>(one, axis.damping * weighted + mu);
             let drive = mu * inverse;
             // x = λh
@@ -342,7 +342,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 2, 2> for Ho
             let far = one - decay.loss / exponent;
             let rest = if decay.is_near { exponent * decay.curvature } else { far };
             // r v/λ, the deflection in steady sliding.
-            let steady = axis.direction::<N>(v, weighted) * (mu * axis.compliance());
+            let steady = axis.direction::<N>(v, weighted) * (mu * (one / axis.stiffness));
             let missing = steady - z;
             let mean = z + rest * missing;
             deflection[i] = z + decay.loss * missing;

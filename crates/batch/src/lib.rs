@@ -435,7 +435,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a Stribeck curve whose exponent is neither 1 nor 2.
+    /// Refuses a Stribeck curve whose exponent is neither 1 nor 2, and curves of other kinds.
     pub fn of(model: &impl Uniform<T, N>) -> Result<Self, BatchError> {
         let (fall, material) = model.material()?;
         Ok(Self::new(fall, Bristles::Shared(material)))

@@ -139,18 +139,6 @@ impl<T: Real> AxisMaterial<T> {
         Self { ratio, stiffness: parameters.micro_stiffness, damping: parameters.micro_damping }
     }
 
-    /// a²
-    #[inline(always)]
-    pub(super) fn square(&self) -> T {
-        self.ratio * self.ratio
-    }
-
-    /// 1/σ0. Of shared parameters the compiler takes it out of the loop.
-    #[inline(always)]
-    pub(super) fn compliance(&self) -> T {
-        T::one() / self.stiffness
-    }
-
     /// vᵢ/‖(aᵢ vᵢ)‖. At rest, where nothing moves, any finite number will do.
     #[inline(always)]
     pub(super) fn direction<const N: usize>(&self, velocity: T, weighted: T) -> T {
@@ -163,8 +151,8 @@ impl<T: Real> AxisMaterial<T> {
     }
 }
 
-/// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`]
-/// (exponent 1 or 2) or [`RationalStribeck`] curve and a constant [`KelvinVoigt`]
+/// A model that all bristles of a batch can share: [`FrBd`] of a Coulomb, Stribeck (exponent 1 or
+/// 2) or rational Stribeck curve, one of those of [`AnyCurve`], and a constant [`KelvinVoigt`]
 /// bristle, or [`Dahl`]. An [`AnyBristle`] is one if it holds one of these. A [`PlaneFrBd`] of such
 /// a curve is one of N axes.
 pub trait Uniform<T, const N: usize = 1>: sealed::Model<T, N> {}
