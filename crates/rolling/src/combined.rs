@@ -87,8 +87,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     }
 
     /// The patch linearised about a steady motion in combined slip: in place `[j][i]` the force of
-    /// axis i with respect to the slip velocity of axis j. The response to the rolling speed is that
-    /// of `[i][i]`. About v = 0 it is the patch in adhesion, in which no axis feels another.
+    /// axis i with respect to the slip velocity of axis j. About v = 0 it is the patch in adhesion,
+    /// in which no axis feels another.
     ///
     /// # Errors
     ///

@@ -24,7 +24,8 @@
 //! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + c₀'z_ss R + (c₂ + c₂'v) P(0)),
 //! ∂F/∂U = −c₀ z_ss R' κ/V,
 //!
-//! in which nothing is divided by λ, so that v = 0 is a velocity like any other. The moment of the
+//! in which nothing is divided by λ, so that v = 0 is a velocity like any other. For F̃/Ũ take
+//! Q(κ, s) from [`Pressure::transform_slope`] and R' from [`Pressure::lever`]. The moment of the
 //! force about the middle of the patch has L (ξ − ½) p in place of p: it is L times the response of
 //! a patch under the pressure ξ p, less L/2 times that of this one.
 //!
@@ -52,13 +53,10 @@ pub struct LinearisedPatch<T, P> {
     /// L, and what multiplies the pressure.
     weight: T,
     transport: T,
-    length: T,
     /// c₀
     stiffness: T,
     /// κ
     decay: T,
-    /// z_ss
-    stationary: T,
     /// b₀ = r + r'v − λ'z_ss
     b0: T,
     /// b₁ = λ'z_ss
@@ -130,12 +128,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let b1 = times(slopes.relaxation, stationary);
         LinearisedPatch {
             pressure: self.pressure().clone(),
-            weight: self.length() * self.factor(),
+            weight: self.length() * self.factor,
             transport,
-            length: self.length(),
             stiffness: affine.stiffness,
             decay: affine.relaxation / transport,
-            stationary,
             b0: share * affine.drive + times(slopes.drive, v) - b1,
             b1,
             direct: share * affine.damping + times(slopes.damping, v),
@@ -177,33 +173,11 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
             let risen = if is_zero(decay) { lever } else { pressure.rise(decay) / decay };
             [risen, lever].map(Complex::from)
         } else {
-            let both = self.exponent(angular_frequency);
+            let both = Complex::new(decay, angular_frequency / self.transport);
             [T::zero(), decay].map(|from| pressure.transform_slope(from, both))
         };
         let gathered = gathered0.scale(self.b0) + gathered1.scale(self.b1);
         let gathered = gathered.scale(self.stiffness / self.transport);
         (gathered + Complex::from(direct)).scale(self.weight)
-    }
-
-    /// ∂F/∂v [N s/m] of the steady force.
-    pub(super) fn steady_slope(&self) -> T {
-        self.by_slip_velocity(T::zero()).re
-    }
-
-    /// The frequency response from the rolling speed to the force, F̃/Ũ [N s/m], at an angular
-    /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂U, the slope of the steady force.
-    pub fn by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
-        let shifted = if is_zero(angular_frequency) {
-            self.pressure.lever(self.decay).into()
-        } else {
-            self.pressure.transform_slope(self.decay, self.exponent(angular_frequency))
-        };
-        let share = self.decay / (self.transport * self.length);
-        shifted.scale(-self.stiffness * self.stationary * share).scale(self.weight)
-    }
-
-    /// s = κ + iω/V
-    fn exponent(&self, angular_frequency: T) -> Complex<T> {
-        Complex::new(self.decay, angular_frequency / self.transport)
     }
 }

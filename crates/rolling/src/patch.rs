@@ -36,25 +36,20 @@ pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Checked<()> {
     if model.form() == Form::OfVelocity {
         return Ok(());
     }
-    Err(ParameterError::chosen(
-        model.name(),
-        "a patch takes models whose Bristle::form is Form::OfVelocity",
-    ))
+    let takes = "a patch takes models whose Bristle::form is Form::OfVelocity";
+    Err(ParameterError::chosen(model.name(), takes))
 }
 
 /// Coefficients, if they are finite and λ is not negative.
 #[inline]
 pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Checked<Affine<T>> {
     let Affine { relaxation, drive, stiffness, damping } = affine;
-    if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
-        return Ok(affine);
-    }
     let name = "relaxation rate of the friction model";
     finite(name, relaxation)?;
     finite("drive of the friction model", drive)?;
     finite("stiffness of the friction model", stiffness)?;
     finite("damping of the friction model", damping)?;
-    Named(name, relaxation).at_least("zero", relaxation.larger(T::zero()))?;
+    Named(name, relaxation).at_least("zero", T::zero())?;
     Ok(affine)
 }
 
@@ -108,7 +103,7 @@ pub struct Patch<T, M, P> {
     /// L ∫p dξ of the pressure as it was given \[N\].
     given: T,
     /// The reference load over it.
-    factor: T,
+    pub(super) factor: T,
 }
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -183,11 +178,6 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         &self.pressure
     }
 
-    /// The factor by which the pressure is multiplied under the reference load \[–\].
-    pub(super) fn factor(&self) -> T {
-        self.factor
-    }
-
     /// The normal force F_z \[N\].
     pub fn normal_force(&self) -> T {
         self.contact.normal_force()
@@ -237,9 +227,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
 /// How two bodies move on each other at a contact patch (what a log measured is an
 /// `identify::Motion`): two numbers, held over a step, two signals
 /// of the time for [`ExactPatch::follow`](super::ExactPatch::follow), or two functions of the place
-/// ξ \[–\] and of the time since the step's start \[s\] for
-#[cfg_attr(feature = "alloc", doc = "[`Grid::step_field`](super::Grid::step_field).")]
-#[cfg_attr(not(feature = "alloc"), doc = "`Grid::step_field`.")]
+/// ξ \[–\] and of the time since the step's start \[s\] for `Grid::step_field`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<S, W = S> {
     /// Slip velocity v [m/s]: velocity of the body's surface over the ground if neither were

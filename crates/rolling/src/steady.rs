@@ -91,7 +91,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         // μ_ss R(κ) + c₂ v (P − R(κ))
         let carried = steady.stationary_coefficient * self.pressure().rise(steady.decay)
             + steady.entry_coefficient * self.pressure().remaining(steady.decay);
-        Steady { force: self.length() * self.factor() * carried, ..steady }
+        Steady { force: self.length() * self.factor * carried, ..steady }
     }
 }
 
@@ -140,7 +140,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a rolling speed that is not positive.
     pub fn slip_stiffness(&self, rolling_speed: T) -> Checked<T> {
         let about = self.linearised(Motion { slip_velocity: T::zero(), rolling_speed })?;
-        Ok(about.steady_slope() * rolling_speed)
+        Ok(about.by_slip_velocity(T::zero()).re * rolling_speed)
     }
 
     /// The peak of the steady force over the slip: its highest maximum at slip velocities between 0
@@ -165,7 +165,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let sign = if up_to.slip_velocity < T::zero() { -T::one() } else { T::one() };
         let at = |slip: T| Motion { slip_velocity: sign * slip, ..up_to };
         let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
-        let slope = |slip: T| self.linearised(at(slip)).map_or(T::zero(), |at| at.steady_slope());
+        let slope = |slip: T| {
+            self.linearised(at(slip)).map_or(T::zero(), |at| at.by_slip_velocity(T::zero()).re)
+        };
         let higher = |a: Option<(T, T)>, b: Option<(T, T)>| {
             a.into_iter().chain(b).reduce(|a, b| if b.1 > a.1 { b } else { a })
         };

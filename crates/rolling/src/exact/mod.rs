@@ -32,10 +32,10 @@ use nalgebra::SVector;
 use super::axes::{OfAxes, PatchModel};
 use super::patch::finite;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{Checked, Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 use bristle::{Affine, Bristle, Reloaded, Scalar};
-use profile::{Profile, level};
+use profile::level;
 use queue::Queue;
 
 #[cfg(feature = "alloc")]
@@ -411,24 +411,6 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     pub fn segments(&self) -> usize {
         self.queues[0].len()
     }
-
-    /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally
-    /// spaced places.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a deflection that is not finite, and no or more segments than half of the slots.
-    pub fn set_profile(&mut self, segments: usize, deflection: impl Fn(T) -> T) -> Checked<()> {
-        Named("segments", segments).count_between(1, self.queues[0].capacity() / 2)?;
-        let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
-        let finite = |number| Named("deflection", deflection(place(number))).finite();
-        ParameterError::of_components(0..=segments, finite)?;
-        self.queues[0].fill(segments, |number| {
-            let (from, to) = (place(number), place(number + 1));
-            Profile::straight(to - from, deflection(from), deflection(to))
-        });
-        Ok(())
-    }
 }
 
 /// A patch and the bristles of one axis.
@@ -444,7 +426,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let leaned = |moments: [T; N]| {
             pressure.weigh_next(&moments).map(|(integral, next)| next - half * integral)
         };
-        let gathered = leaned(queue.moments()).unwrap_or_else(|| {
+        let gathered = leaned(queue.staying(T::zero())).unwrap_or_else(|| {
             let mut sum = T::zero();
             queue.over_bristles(pressure, |place, deflection, load| {
                 sum += (place - half) * (load * deflection);
@@ -455,7 +437,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
             .unwrap_or_else(|| pressure.lever(T::zero()) - half * pressure.total());
         let direct = affine.damping * slip_velocity * uniform;
         let length = self.length();
-        length * length * self.factor() * (affine.stiffness * gathered + direct)
+        length * length * self.factor * (affine.stiffness * gathered + direct)
     }
 
     #[inline]
@@ -466,7 +448,8 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         slip_velocity: T,
     ) -> T {
         // L ∫ p z dξ [N m]
-        let gathered = self.factor() * self.length() * self.pressure().weigh(&queue.moments());
+        let gathered =
+            self.factor * self.length() * self.pressure().weigh(&queue.staying(T::zero()));
         let load = self.contact().reference_load();
         affine.stiffness * gathered + load * (affine.damping * slip_velocity)
     }

@@ -1,7 +1,7 @@
 //! Combined slip: laws over random bristles and motions, the patch of one axis as a special case,
 //! and the integral along the characteristics.
 
-use crate::tyre::{constant, coulomb, exponential, falling, levered, parabolic};
+use crate::tyre::{by_rolling_speed, constant, coulomb, exponential, falling, levered, parabolic};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::KelvinVoigt;
 use bristle::{FrBd, Scalar};
@@ -398,7 +398,8 @@ fn slow_responses_are_the_slopes_of_the_steady_force_and_moment() {
             (8.0 * (at(1.0) - at(-1.0)) - at(2.0) + at(-2.0)) / 12e-4
         };
         let rows = tyre.combined_linearised(motion).unwrap();
-        let levered = levered(&tyre).combined_linearised(motion).unwrap();
+        let lever = levered(&tyre);
+        let levered = lever.combined_linearised(motion).unwrap();
         let scale = steady(&tyre, motion).norm();
         for (j, row) in rows.iter().enumerate() {
             let mut side = Vector2::zeros();
@@ -411,8 +412,10 @@ fn slow_responses_are_the_slopes_of_the_steady_force_and_moment() {
             assert_within(1e-9, scale, (got - want).abs().max(), 0.0, || format!("v {j}"));
         }
         let want = slope(&|part| Motion { rolling_speed: rolling_speed * (1.0 + part), ..motion });
-        let [x, y] = [0, 1].map(|i| rows[i][i].by_rolling_speed(0.0).re);
-        let moment = levered[1][1].by_rolling_speed(0.0).re - 0.5 * y;
+        let along = |i: usize| Motion { slip_velocity: v[i], rolling_speed };
+        let (axes, levers) = (tyre.axes(&v), lever.axes(&v));
+        let [x, y] = [0, 1].map(|i| by_rolling_speed(&axes[i], along(i), 0.0).re);
+        let moment = by_rolling_speed(&levers[1], along(1), 0.0).re - 0.5 * y;
         let got = Vector3::new(x, y, moment) * rolling_speed;
         assert_within(1e-9, scale, (got - want).abs().max(), 0.0, || "U".into());
     });
