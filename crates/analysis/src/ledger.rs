@@ -146,12 +146,8 @@ impl<T: Scalar> Default for EnergyLedger<T> {
 impl<T: Scalar> EnergyLedger<T> {
     /// An empty ledger.
     pub fn new() -> Self {
-        Self {
-            total: Account::empty(),
-            cycle: Account::empty(),
-            highest: T::zero(),
-            gain: T::zero(),
-        }
+        let (empty, zero) = (Account::empty(), T::zero());
+        Self { total: empty, cycle: empty, highest: zero, gain: zero }
     }
 
     /// Enters the energies of one step, such as a [`CompletedStep`].

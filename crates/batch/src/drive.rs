@@ -137,15 +137,8 @@ fn sweep<
         "aarch64+neon",
     ))
 )]
-pub(super) fn run<
-    T: Real,
-    K: Kernel<T, N, P, I, O>,
-    const N: usize,
-    const P: usize,
-    const I: usize,
-    const O: usize,
->(
-    kernel: K,
+pub(super) fn run<T: Real, const N: usize, const P: usize, const I: usize, const O: usize>(
+    kernel: impl Kernel<T, N, P, I, O>,
     slices: Slices<'_, T, N, P, I, O>,
 ) -> Outcome {
     sweep(kernel, slices)
@@ -192,14 +185,13 @@ mod tests {
                 let deflection = deflections.each_ref().map(|column| column.as_slice());
                 let mut out = [[[T::zero(); 501]; N]; 3];
                 let outputs = out.each_mut().map(|axes| axes.each_mut().map(|c| c.as_mut_slice()));
-                let none = [&loads[..0]; N];
-                let inputs = [velocity, load, deflection, none];
+                let inputs = [velocity, load, deflection];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
                 let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Predict(step) };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };
                 let mut held = [deflections, deflections];
                 let outputs = held.each_mut().map(|axes| axes.each_mut().map(|c| c.as_mut_slice()));
-                let inputs = [velocity, load, none];
+                let inputs = [velocity, load];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
                 let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Hold(step) };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };

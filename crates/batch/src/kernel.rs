@@ -102,20 +102,15 @@ fn load<T: Real>(normal_force: T) -> T {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step<T, const MEASURED: bool> {
     pub(super) duration: T,
-    /// The reference load that all share; one where a column has that of each.
     pub(super) reference: T,
 }
 
 impl<T: Real, const MEASURED: bool> Step<T, MEASURED> {
     /// Reference load P and friction scale s; not a number for a normal force that is none.
     #[inline(always)]
-    fn loaded(&self, normal_force: T, reference: T) -> (T, T) {
+    fn loaded(&self, normal_force: T) -> (T, T) {
         let load = load(normal_force);
-        if !MEASURED {
-            return (load, T::one());
-        }
-        let reference = self.reference * reference;
-        (reference, load / reference)
+        if MEASURED { (self.reference, load / self.reference) } else { (load, T::one()) }
     }
 }
 
@@ -140,53 +135,8 @@ fn touches<T: Real>(from: T, to: T) -> bool {
     from > T::zero() && to > T::zero() && from.is_finite() && to.is_finite()
 }
 
-/// A change of the load by renewal: normal forces before and after → deflection, in place, and the
-/// energy that leaves.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Renew;
-
-impl Renew {
-    /// Of the deflection what is kept, of the energy what is lost.
-    #[inline(always)]
-    fn shares<T: Real>(from: T, to: T) -> (T, T) {
-        let (zero, one) = (T::zero(), T::one());
-        let rises = to > from;
-        let (kept, lost) =
-            if rises { (from / to, (to - from) / to) } else { (one, (from - to) / from) };
-        if touches(from, to) { (kept, lost) } else { (zero, one) }
-    }
-}
-
-impl<T: Real, const N: usize> Operation<T, N, 2, 2> for Renew {
-    #[inline(always)]
-    fn apply<const FALL: u8>(
-        &self,
-        material: &Material<T, N>,
-        [before, after]: [[T; N]; 2],
-        [mut deflection, _]: [[T; N]; 2],
-    ) -> [[T; N]; 2] {
-        let (from, to) = (load(only(before)), load(only(after)));
-        let (kept, lost) = Self::shares(from, to);
-        // NaN unless the load is finite.
-        let mut left = T::zero() * to;
-        for (axis, z) in material.axes.iter().zip(&mut deflection) {
-            let stored = lit::<T>(0.5) * from * axis.stiffness * *z * *z;
-            left = lost * stored + left;
-            *z *= kept;
-        }
-        [deflection, alone(left)]
-    }
-
-    fn single(&self, model: &OwnModel<'_, T>, [before, after]: [T; 2], [z, _]: [T; 2]) -> [T; 2] {
-        let (from, to) = (load(before), load(after));
-        let (kept, lost) = Self::shares(from, to);
-        let stored = lit::<T>(0.5) * from * model.stiffness * z * z;
-        [z * kept, lost * stored + T::zero() * to]
-    }
-}
-
 /// A change of the load under a stiffness that stays: normal forces before and after, predicted
-/// velocity, reference load → deflection, in place, and the energy that leaves.
+/// velocity → deflection, in place, and the energy that leaves.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reload<T>(pub(super) Step<T, true>);
 
@@ -201,17 +151,17 @@ impl<T: Real> Reload<T> {
     }
 }
 
-impl<T: Real, const N: usize> Operation<T, N, 4, 2> for Reload<T> {
+impl<T: Real, const N: usize> Operation<T, N, 3, 2> for Reload<T> {
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
         material: &Material<T, N>,
-        [before, after, velocity, reference]: [[T; N]; 4],
+        [before, after, velocity]: [[T; N]; 3],
         [mut deflection, _]: [[T; N]; 2],
     ) -> [[T; N]; 2] {
         let (zero, one) = (T::zero(), T::one());
         let (from, to) = (load(only(before)), load(only(after)));
-        let (reference, scale) = self.0.loaded(to, only(reference));
+        let (reference, scale) = self.0.loaded(to);
         // The largest coefficient up to the speed; of a curve that falls and rises, at an end.
         let (_, speed) = material.speeds(velocity);
         let (rest, moving) = (material.most(zero), material.coefficient::<FALL>(speed));
@@ -238,11 +188,11 @@ impl<T: Real, const N: usize> Operation<T, N, 4, 2> for Reload<T> {
     fn single(
         &self,
         model: &OwnModel<'_, T>,
-        [before, after, velocity, reference]: [T; 4],
+        [before, after, velocity]: [T; 3],
         [z, _]: [T; 2],
     ) -> [T; 2] {
         let (from, to) = (load(before), load(after));
-        let (reference, scale) = self.0.loaded(to, reference);
+        let (reference, scale) = self.0.loaded(to);
         let carried = model.stiffness * z;
         let surface = Surface::scaled(velocity, scale);
         let kept = if touches(from, to) {
@@ -256,28 +206,27 @@ impl<T: Real, const N: usize> Operation<T, N, 4, 2> for Reload<T> {
     }
 }
 
-/// The beginning of a midpoint step: velocity, normal force, deflection, reference load → share,
-/// bias, damping.
+/// The beginning of a midpoint step: velocity, normal force, deflection → share, bias, damping.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Predict<T, const MEASURED: bool>(pub(super) Step<T, MEASURED>);
 
-impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 3> for Predict<T, MEASURED> {
+impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 3> for Predict<T, MEASURED> {
     const READS_OUTPUTS: bool = false;
 
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
         material: &Material<T, N>,
-        [velocity, normal_force, deflection, reference]: [[T; N]; 4],
+        [velocity, normal_force, deflection]: [[T; N]; 3],
         [mut shares, mut biases, mut dampings]: [[T; N]; 3],
     ) -> [[T; N]; 3] {
         let (weighted, speed) = material.speeds(velocity);
-        let (load, scale) = self.0.loaded(only(normal_force), only(reference));
+        let (load, scale) = self.0.loaded(only(normal_force));
         let mu = material.coefficient::<FALL>(speed) * scale;
         for i in 0..N {
             let axis = &material.axes[i];
             let stiffening = lit::<T>(0.5) * self.0.duration * axis.stiffness + axis.damping;
-            let mu = axis.square() * mu;
+            let mu = axis.ratio * axis.ratio * mu;
             shares[i] = quotient::<T, MEASURED>(mu, mu + stiffening * weighted);
             let carried = load * shares[i];
             biases[i] = carried * (axis.stiffness * deflection[i]);
@@ -290,10 +239,10 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 3> for Pr
     fn single(
         &self,
         model: &OwnModel<'_, T>,
-        [velocity, normal_force, deflection, reference]: [T; 4],
+        [velocity, normal_force, deflection]: [T; 3],
         _: [T; 3],
     ) -> [T; 3] {
-        let (load, scale) = self.0.loaded(normal_force, reference);
+        let (load, scale) = self.0.loaded(normal_force);
         let affine = affine(model, velocity, scale, deflection);
         let half = lit::<T>(0.5) * self.0.duration;
         let slack = T::one() / (T::one() + half * affine.relaxation);
@@ -305,21 +254,20 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 3> for Pr
     }
 }
 
-/// The end of a midpoint step: mean velocity, share, normal force, reference load → deflection, in
-/// place.
+/// The end of a midpoint step: mean velocity, share, normal force → deflection, in place.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Commit<T, const MEASURED: bool>(pub(super) Step<T, MEASURED>);
 
-impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 1> for Commit<T, MEASURED> {
+impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 1> for Commit<T, MEASURED> {
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
         material: &Material<T, N>,
-        [velocity, share, normal_force, reference]: [[T; N]; 4],
+        [velocity, share, normal_force]: [[T; N]; 3],
         [mut deflection]: [[T; N]; 1],
     ) -> [[T; N]; 1] {
         let (zero, one) = (T::zero(), T::one());
-        let (_, scale) = self.0.loaded(only(normal_force), only(reference));
+        let (_, scale) = self.0.loaded(only(normal_force));
         // At least ‖v̄‖, without a root.
         let speed = velocity.iter().fold(zero, |sum, v| sum + v.size());
         let most = material.most(speed) * scale;
@@ -334,7 +282,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 1> for Co
             };
             let after =
                 z + (self.0.duration * share[i] * velocity[i] - loss * (one - share[i]) * z);
-            let (size, most) = (z.size(), most * axis.ratio * axis.compliance());
+            let (size, most) = (z.size(), most * axis.ratio * (one / axis.stiffness));
             // The limit at an infinite velocity, infinite or 0·∞, cuts nothing.
             let limit = if size > most { size } else { most };
             // A minimum and a maximum, not a choice among three: one instruction each.
@@ -347,10 +295,10 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 1> for Co
     fn single(
         &self,
         model: &OwnModel<'_, T>,
-        [velocity, predicted, normal_force, reference]: [T; 4],
+        [velocity, predicted, normal_force]: [T; 3],
         [z]: [T; 1],
     ) -> [T; 1] {
-        let (_, scale) = self.0.loaded(normal_force, reference);
+        let (_, scale) = self.0.loaded(normal_force);
         let affine = affine(model, predicted, scale, z);
         let pace =
             self.0.duration / (T::one() + lit::<T>(0.5) * self.0.duration * affine.relaxation);
@@ -365,26 +313,26 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 1> for Co
     }
 }
 
-/// The exact step at a held velocity: velocity, normal force, reference load → deflection, in
-/// place, and mean force.
+/// The exact step at a held velocity: velocity, normal force → deflection, in place, and mean
+/// force.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hold<T, const MEASURED: bool>(pub(super) Step<T, MEASURED>);
 
-impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 2> for Hold<T, MEASURED> {
+impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 2, 2> for Hold<T, MEASURED> {
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
         material: &Material<T, N>,
-        [velocity, normal_force, reference]: [[T; N]; 3],
+        [velocity, normal_force]: [[T; N]; 2],
         [mut deflection, mut force]: [[T; N]; 2],
     ) -> [[T; N]; 2] {
         let one = T::one();
         let (weighted, speed) = material.speeds(velocity);
-        let (load, scale) = self.0.loaded(only(normal_force), only(reference));
+        let (load, scale) = self.0.loaded(only(normal_force));
         let mu = material.coefficient::<FALL>(speed) * scale;
         for i in 0..N {
             let (axis, v, z) = (&material.axes[i], velocity[i], deflection[i]);
-            let mu = axis.square() * mu;
+            let mu = axis.ratio * axis.ratio * mu;
             let inverse = quotient::<T, MEASURED>(one, axis.damping * weighted + mu);
             let drive = mu * inverse;
             // x = λh
@@ -394,7 +342,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 2> for Ho
             let far = one - decay.loss / exponent;
             let rest = if decay.is_near { exponent * decay.curvature } else { far };
             // r v/λ, the deflection in steady sliding.
-            let steady = axis.direction::<N>(v, weighted) * (mu * axis.compliance());
+            let steady = axis.direction::<N>(v, weighted) * (mu * (one / axis.stiffness));
             let missing = steady - z;
             let mean = z + rest * missing;
             deflection[i] = z + decay.loss * missing;
@@ -406,10 +354,10 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 2> for Ho
     fn single(
         &self,
         model: &OwnModel<'_, T>,
-        [velocity, normal_force, reference]: [T; 3],
+        [velocity, normal_force]: [T; 2],
         [z, _]: [T; 2],
     ) -> [T; 2] {
-        let (load, scale) = self.0.loaded(normal_force, reference);
+        let (load, scale) = self.0.loaded(normal_force);
         if scale == T::zero() {
             return [z, T::zero()];
         }

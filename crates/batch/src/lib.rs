@@ -63,8 +63,12 @@
 //!
 //! min(1, max(1/γ, p'/p)),  γ = σ0|z|/(s' B),  B = max(μ_s, μ(v\*))
 //!
-//! of its deflection. A contact that is born, from p = 0, begins at z = 0. [`Batch::renew`] is the
-//! change of the load of a stiffness that follows it.
+//! of its deflection. A contact that is born, from p = 0, begins at z = 0. Bristles with reference
+//! loads Pᵢ of their own are those of [`Batch::of_each`] with σ0 Pᵢ/P and σ1 Pᵢ/P.
+//!
+//! A stiffness that follows the load has another change of it: multiply each deflection by
+//! min(1, p/p') before a step, as [`Contact::renew`](bristle::Contact::renew) does. Without it, a
+//! load that rises gives energy.
 //!
 //! # Models of your own
 //!
@@ -248,7 +252,7 @@ struct Readme;
 use bristle::Bristle;
 use bristle::parameter::{Checked, Named, ParameterError};
 use drive::Slices;
-use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict, Reload, Renew, Single, Step};
+use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict, Reload, Single, Step};
 use material::{Alike, EXPONENTIAL, GAUSSIAN, Material, OwnModel, RATIONAL, Source, Stored};
 
 /// What the bristles are made of.
@@ -260,17 +264,6 @@ enum Bristles<'a, T, const N: usize> {
     Each(Columns<'a, T>),
     /// A model of its own, of one axis.
     Own(OwnModel<'a, T>),
-}
-
-/// The loads at which stiffness and damping were measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Reference<'a, T> {
-    /// The normal force of each step.
-    NormalForce,
-    /// One for all.
-    Shared(T),
-    /// Those of each, checked.
-    Each(&'a [T]),
 }
 
 /// Many bristles of N axes, of one model or each with parameters of its own.
@@ -296,7 +289,8 @@ enum Reference<'a, T> {
 pub struct Batch<'a, T, const N: usize = 1> {
     fall: Fall,
     bristles: Bristles<'a, T, N>,
-    reference: Reference<'a, T>,
+    /// The load at which stiffness and damping were measured, if not the normal force of each step.
+    reference: Option<T>,
     /// Without the feature `rayon` this changes nothing.
     parallel: bool,
 }
@@ -324,15 +318,6 @@ pub struct PassiveOutput<'a, T> {
     pub biases: &'a mut [T],
     /// Increase of the mean forces with the mean velocities [N s/m], zero or positive.
     pub dampings: &'a mut [T],
-}
-
-/// Normal forces of every bristle, before and after a change: [`Batch::renew`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RenewInput<'a, T> {
-    /// Normal forces p \[N\] of the last step.
-    pub before: &'a [T],
-    /// Normal forces p' \[N\] of the coming step.
-    pub after: &'a [T],
 }
 
 /// Normal forces of every bristle, before and after a change, and its motion: [`Batch::reload`].
@@ -450,14 +435,14 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a Stribeck curve whose exponent is neither 1 nor 2.
+    /// Refuses a Stribeck curve whose exponent is neither 1 nor 2, and curves of other kinds.
     pub fn of(model: &impl Uniform<T, N>) -> Result<Self, BatchError> {
         let (fall, material) = model.material()?;
         Ok(Self::new(fall, Bristles::Shared(material)))
     }
 
     fn new(fall: Fall, bristles: Bristles<'a, T, N>) -> Self {
-        Self { fall, bristles, reference: Reference::NormalForce, parallel: false }
+        Self { fall, bristles, reference: None, parallel: false }
     }
 
     /// The batch whose stiffness and damping [1/m, s/m] belong to a reference load P \[N\],
@@ -469,18 +454,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     /// Refuses a reference load that is not positive and finite.
     pub fn measured_at(self, reference_load: T) -> Result<Self, BatchError> {
         let reference_load = Named("reference_load", reference_load).positive()?;
-        Ok(Self { reference: Reference::Shared(reference_load), ..self })
-    }
-
-    /// As [`Batch::measured_at`], with a reference load \[N\] of each bristle.
-    ///
-    /// # Errors
-    ///
-    /// Names the index of a reference load that is not positive and finite.
-    pub fn measured_at_each(self, reference_loads: &'a [T]) -> Result<Self, BatchError> {
-        let positive = |&load: &T| Named("reference_loads", load).positive();
-        ParameterError::of_components(reference_loads, positive)?;
-        Ok(Self { reference: Reference::Each(reference_loads), ..self })
+        Ok(Self { reference: Some(reference_load), ..self })
     }
 
     /// A copy whose steps of more than some 8000 bristles are spread over rayon's threads, with the
@@ -508,14 +482,13 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
             ("velocities", N, input.velocities),
             ("normal_forces", 1, input.normal_forces),
             ("deflections", N, &*input.deflections),
-            self.reference_loads(),
         ];
         let outputs = [
             ("shares", N, output.shares),
             ("biases", N, output.biases),
             ("dampings", N, output.dampings),
         ];
-        if self.is_measured() {
+        if self.reference.is_some() {
             return self.apply(Predict(self.step::<true>(duration)?), inputs, outputs);
         }
         self.apply(Predict(self.step::<false>(duration)?), inputs, outputs)
@@ -538,12 +511,11 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
             ("velocities", N, input.velocities),
             ("shares", N, input.shares),
             ("normal_forces", 1, input.normal_forces),
-            self.reference_loads(),
         ];
         let outputs = [("deflections", N, deflections)];
         // The curve is not evaluated again; any fall will do, and one needs no code for the others.
         let batch = Self { fall: Fall::Rational, ..*self };
-        if self.is_measured() {
+        if self.reference.is_some() {
             return batch.apply(Commit(self.step::<true>(duration)?), inputs, outputs);
         }
         batch.apply(Commit(self.step::<false>(duration)?), inputs, outputs)
@@ -562,13 +534,10 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         duration: T,
         mean_forces: &mut [T],
     ) -> Result<Outcome, BatchError> {
-        let inputs = [
-            ("velocities", N, input.velocities),
-            ("normal_forces", 1, input.normal_forces),
-            self.reference_loads(),
-        ];
+        let inputs =
+            [("velocities", N, input.velocities), ("normal_forces", 1, input.normal_forces)];
         let outputs = [("deflections", N, input.deflections), ("mean_forces", N, mean_forces)];
-        if self.is_measured() {
+        if self.reference.is_some() {
             return self.apply(Hold(self.step::<true>(duration)?), inputs, outputs);
         }
         self.apply(Hold(self.step::<false>(duration)?), inputs, outputs)
@@ -611,7 +580,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         deflections: &mut [T],
         dissipated: &mut [T],
     ) -> Result<Outcome, BatchError> {
-        if !self.is_measured() {
+        if self.reference.is_none() {
             let takes = "a reload takes Batch::measured_at";
             return Err(ParameterError::chosen("a stiffness that follows the load", takes).into());
         }
@@ -621,73 +590,14 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
                 ("before", 1, input.before),
                 ("after", 1, input.after),
                 ("velocities", N, input.velocities),
-                self.reference_loads(),
             ],
             [("deflections", N, deflections), ("dissipated", 1, dissipated)],
         )
     }
 
-    /// Changes the normal forces by renewal, of a batch whose stiffness follows the load: the new
-    /// deflections, in place, z' = z min(1, p/p'), and the energies that left \[J\], see
-    /// [`Contact::renew`](bristle::Contact::renew). A bristle that is held creeps while its load
-    /// varies; for that take [`Batch::reload`].
-    ///
-    /// A normal force that is negative or not finite, before or after, makes a bristle forget: its
-    /// deflection becomes zero, and its energy is not finite.
-    ///
-    /// ```
-    /// use bristle_batch::{Batch, RenewInput};
-    /// use bristle::{Dahl, DahlParameters};
-    ///
-    /// let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
-    /// let batch = Batch::of(&Dahl::new(parameters)?)?;
-    /// let (mut deflections, mut dissipated) = ([1e-5, 1e-5], [0.0; 2]);
-    /// let loads = RenewInput { before: &[1.0, 2.0], after: &[2.0, 1.0] };
-    /// let outcome = batch.renew(loads, &mut deflections, &mut dissipated)?;
-    /// assert_eq!(deflections, [0.5e-5, 1e-5]);
-    /// assert!(outcome.is_finite() && dissipated[0] > 0.0);
-    /// # Ok::<(), bristle_batch::BatchError>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// Names a slice whose length is not that of the normal forces before, and refuses a batch with
-    /// reference loads.
-    pub fn renew(
-        &self,
-        normal_forces: RenewInput<'_, T>,
-        deflections: &mut [T],
-        dissipated: &mut [T],
-    ) -> Result<Outcome, BatchError> {
-        if self.is_measured() {
-            let takes = "a renewal takes a stiffness that follows the load";
-            return Err(ParameterError::chosen("Batch::measured_at", takes).into());
-        }
-        // The curve is not evaluated.
-        Self { fall: Fall::Rational, ..*self }.apply(
-            Renew,
-            [("before", 1, normal_forces.before), ("after", 1, normal_forces.after)],
-            [("deflections", N, deflections), ("dissipated", 1, dissipated)],
-        )
-    }
-
-    /// Whether the normal forces are not the reference loads.
-    fn is_measured(&self) -> bool {
-        !matches!(self.reference, Reference::NormalForce)
-    }
-
-    /// The reference loads of each bristle, with their name; no column if there are none.
-    fn reference_loads(&self) -> (&'static str, usize, &'a [T]) {
-        match self.reference {
-            Reference::Each(loads) => ("reference_loads", 1, loads),
-            _ => ("reference_loads", 0, &[]),
-        }
-    }
-
     fn step<const MEASURED: bool>(&self, duration: T) -> Checked<Step<T, MEASURED>> {
         let duration = Named("duration", duration).non_negative()?;
-        let reference = if let Reference::Shared(load) = self.reference { load } else { T::one() };
-        Ok(Step { duration, reference })
+        Ok(Step { duration, reference: self.reference.unwrap_or_else(T::one) })
     }
 
     /// Applies an operation to slices, once all of them have the length of the first. Each has a

@@ -4,7 +4,7 @@
 
 use super::BatchError;
 use super::real::{self, Real};
-use bristle::curve::{AnyCurve, Coulomb, FrictionCurve, RationalStribeck, Stribeck};
+use bristle::curve::{AnyCurve, FrictionCurve};
 use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::KelvinVoigt;
@@ -139,18 +139,6 @@ impl<T: Real> AxisMaterial<T> {
         Self { ratio, stiffness: parameters.micro_stiffness, damping: parameters.micro_damping }
     }
 
-    /// a²
-    #[inline(always)]
-    pub(super) fn square(&self) -> T {
-        self.ratio * self.ratio
-    }
-
-    /// 1/σ0. Of shared parameters the compiler takes it out of the loop.
-    #[inline(always)]
-    pub(super) fn compliance(&self) -> T {
-        T::one() / self.stiffness
-    }
-
     /// vᵢ/‖(aᵢ vᵢ)‖. At rest, where nothing moves, any finite number will do.
     #[inline(always)]
     pub(super) fn direction<const N: usize>(&self, velocity: T, weighted: T) -> T {
@@ -163,8 +151,8 @@ impl<T: Real> AxisMaterial<T> {
     }
 }
 
-/// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`]
-/// (exponent 1 or 2) or [`RationalStribeck`] curve and a constant [`KelvinVoigt`]
+/// A model that all bristles of a batch can share: [`FrBd`] of a Coulomb, Stribeck (exponent 1 or
+/// 2) or rational Stribeck curve, one of those of [`AnyCurve`], and a constant [`KelvinVoigt`]
 /// bristle, or [`Dahl`]. An [`AnyBristle`] is one if it holds one of these. A [`PlaneFrBd`] of such
 /// a curve is one of N axes.
 pub trait Uniform<T, const N: usize = 1>: sealed::Model<T, N> {}
@@ -174,7 +162,7 @@ pub(super) mod sealed {
 
     /// The parameters of a curve that falls from static to dynamic friction.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct Valley<T> {
+    pub(crate) struct Valley<T> {
         /// μ_d
         pub(crate) dynamic: T,
         /// μ_s − μ_d
@@ -209,63 +197,45 @@ pub(super) mod sealed {
     pub trait Model<T, const N: usize> {
         fn material(&self) -> Checked<(Fall, Material<T, N>)>;
     }
-
-    /// A curve that a batch can compute.
-    pub trait Curve<T> {
-        fn curve(&self) -> Checked<(Fall, Valley<T>)>;
-    }
 }
 
-impl<T: Real> sealed::Curve<T> for Stribeck<T> {
-    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
-        let p = self.parameters();
-        let exponent = p.stribeck_exponent;
-        let fall = if exponent == T::one() {
-            Fall::Exponential
-        } else if exponent == lit(2.0) {
-            Fall::Gaussian
-        } else {
-            let rule = Rule::Stated("be 1 or 2 here");
-            return Err(Named("stribeck_exponent", exponent).refused(rule));
-        };
-        let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
-        Ok((fall, Valley::new([static_, dynamic, p.stribeck_velocity, p.viscous_friction])))
-    }
-}
-
-impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
-    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
-        let p = self.parameters();
-        let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
-        let valley = Valley::new([static_, dynamic, p.stribeck_velocity, p.viscous_friction]);
-        Ok((Fall::Rational, valley))
-    }
-}
-
-impl<T: Real> sealed::Curve<T> for Coulomb<T> {
-    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
-        let curve = self.parameters();
-        Ok((Fall::Rational, Valley::flat(curve.dynamic_coefficient, curve.viscous_friction)))
-    }
-}
-
-impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
-    fn curve(&self) -> Checked<(Fall, Valley<T>)> {
-        match self {
-            Self::Coulomb(curve) => curve.curve(),
-            Self::Stribeck(curve) => curve.curve(),
-            Self::RationalStribeck(curve) => curve.curve(),
-            _ => {
-                let takes = "a batch takes Coulomb, Stribeck or rational Stribeck";
-                Err(ParameterError::chosen("another curve", takes))
-            }
+/// The parameters of a curve that a batch can compute.
+fn valley<T: Real>(curve: impl Into<AnyCurve<T>>) -> Checked<(Fall, Valley<T>)> {
+    Ok(match curve.into() {
+        AnyCurve::Coulomb(curve) => {
+            let curve = curve.parameters();
+            (Fall::Rational, Valley::flat(curve.dynamic_coefficient, curve.viscous_friction))
         }
-    }
+        AnyCurve::Stribeck(curve) => {
+            let p = curve.parameters();
+            let exponent = p.stribeck_exponent;
+            let fall = if exponent == T::one() {
+                Fall::Exponential
+            } else if exponent == lit(2.0) {
+                Fall::Gaussian
+            } else {
+                let rule = Rule::Stated("be 1 or 2 here");
+                return Err(Named("stribeck_exponent", exponent).refused(rule));
+            };
+            let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
+            (fall, Valley::new([static_, dynamic, p.stribeck_velocity, p.viscous_friction]))
+        }
+        AnyCurve::RationalStribeck(curve) => {
+            let p = curve.parameters();
+            let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
+            let valley = [static_, dynamic, p.stribeck_velocity, p.viscous_friction];
+            (Fall::Rational, Valley::new(valley))
+        }
+        _ => {
+            let takes = "a batch takes Coulomb, Stribeck or rational Stribeck";
+            return Err(ParameterError::chosen("another curve", takes));
+        }
+    })
 }
 
-impl<T: Real, C: sealed::Curve<T>> sealed::Model<T, 1> for FrBd<C, KelvinVoigt<T>> {
+impl<T: Real, C: Into<AnyCurve<T>> + Clone> sealed::Model<T, 1> for FrBd<C, KelvinVoigt<T>> {
     fn material(&self) -> Checked<(Fall, Material<T, 1>)> {
-        let (fall, curve) = self.curve().curve()?;
+        let (fall, curve) = valley(self.curve().clone())?;
         let axes = [AxisMaterial::of(T::one(), self.rheology())];
         Ok((fall, Material { curve, axes, ellipsoid: true }))
     }
@@ -274,10 +244,10 @@ impl<T: Real, C: sealed::Curve<T>> sealed::Model<T, 1> for FrBd<C, KelvinVoigt<T
 impl<T, C, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N>
 where
     T: Real,
-    C: sealed::Curve<T> + FrictionCurve<T>,
+    C: Into<AnyCurve<T>> + FrictionCurve<T>,
 {
     fn material(&self) -> Checked<(Fall, Material<T, N>)> {
-        let (fall, curve) = self.curve().curve()?;
+        let (fall, curve) = valley(self.curve().clone())?;
         let axes = self.bristles();
         let axes = axes.map(|axis| AxisMaterial::of(axis.friction_ratio, &axis.bristle));
         let ellipsoid = self.limits(T::zero()).ellipsoid;

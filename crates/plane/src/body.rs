@@ -217,8 +217,8 @@ where
             let deflection = limits.map_or_else(|| lit(1e-6), |limits| limits[i]);
             let bristle = stiffness * contact.normal_force();
             let breakaway = (bristle * deflection).larger(T::default_epsilon());
-            let spring = if is_zero(spring_stiffness) { bristle } else { spring_stiffness };
-            let stretch = if is_zero(spring_stiffness) { deflection } else { breakaway / spring };
+            let free = is_zero(spring_stiffness);
+            let stretch = if free { deflection } else { breakaway / spring_stiffness };
             scales[i] = stretch;
             scales[N + i] = (breakaway * stretch / mass).sqrt();
             scales[2 * N + i] = deflection;

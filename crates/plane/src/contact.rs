@@ -143,21 +143,17 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> ContactResponse<SVector<T, N>> {
-        let none = SVector::repeat(T::nan());
-        let mut response = ContactResponse { rate: none, force: none };
-        let mut axes = self.axes(velocity);
-        if axes.iter_mut().any(|axis| axis.change_load(normal_force).is_err()) {
-            return response;
+        let mut loaded = self.clone();
+        if loaded.change_load(normal_force).is_err() {
+            let none = SVector::repeat(T::nan());
+            return ContactResponse { rate: none, force: none };
         }
-        let scale = axes.first().map_or_else(T::one, Contact::friction_scale);
         let limits = self.model().limits(velocity.norm());
-        let utilisation = limits.utilisation(deflection, scale);
-        let held = if utilisation > T::one() { deflection / utilisation } else { *deflection };
-        for (i, axis) in axes.iter().enumerate() {
-            response.rate[i] = axis.rate(velocity[i], deflection[i]);
-            response.force[i] = axis.force(velocity[i], held[i]);
-        }
-        response
+        let utilisation = limits.utilisation(deflection, loaded.contact.friction_scale());
+        let excess = if utilisation > T::one() { utilisation } else { T::one() };
+        let [rate, force] = loaded
+            .each(velocity, deflection, |axis, v, z| [axis.rate(v, z), axis.force(v, z / excess)]);
+        ContactResponse { rate, force }
     }
 
     /// The friction model.
@@ -261,13 +257,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
             linearised.force_by_velocity[(i, i)] = affine.damping;
             (rate_slope[i], force_slope[i]) = (slopes.rate(v, z), slopes.coefficient(v, z));
         }
-        #[allow(clippy::needless_range_loop, reason = "iterators in two depths are not unrolled")]
-        for j in 0..N {
-            for i in 0..N {
-                linearised.rate_by_velocity[(i, j)] += rate_slope[i] * gradient[j];
-                linearised.force_by_velocity[(i, j)] += force_slope[i] * gradient[j];
-            }
-        }
+        linearised.rate_by_velocity += rate_slope * gradient.transpose();
+        linearised.force_by_velocity += force_slope * gradient.transpose();
         linearised.force_by_velocity *= p;
         linearised
     }

@@ -227,7 +227,7 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<
     }
 
     /// Each point's share of the normal force and its place.
-    pub(crate) fn shares(&self) -> impl Iterator<Item = (T, Lever<T>)> {
+    pub(crate) fn shares(&self) -> impl Iterator<Item = (T, Lever<T>)> + Clone {
         self.points().iter().map(|point| (point.weight * self.inverse, Lever(point.place)))
     }
 

@@ -198,8 +198,10 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<
         let local = Lever([-centre.x, -centre.y]).wrench(&wrench.xy()) + Vector3::z() * wrench.z;
         let local = Vector3::new(local.x, local.y, local.z / radius) / unit;
         let size = Named("wrench", local.norm()).positive()?;
-        let (twist, power) =
-            self.least_power(&(local / size), &(largest / unit), centre, radius)?;
+        let points = self.shares().map(|(share, Lever([x, y]))| {
+            (share, Lever([(x - centre.x) / radius, (y - centre.y) / radius]))
+        });
+        let (twist, power) = least_power(points, &(local / size), &(largest / unit))?;
         let spin = twist.z / radius;
         let turned = Vector3::new(twist.x + spin * centre.y, twist.y - spin * centre.x, spin);
         Ok(SlidingTwist { twist: turned / (unit * size), utilisation: size / power })
@@ -215,86 +217,81 @@ impl<T: Scalar, M: PlaneBristle<T, 2>, P: AsRef<[FootprintPoint<T>]>> Footprint<
         });
         (centre, square.sqrt())
     }
+}
 
-    /// The twist t with w·t = 1 of the least power, and this power; w is of length one.
-    fn least_power(
-        &self,
-        wrench: &Vector3<T>,
-        largest: &Vector2<T>,
-        centre: Vector2<T>,
-        radius: T,
-    ) -> Result<(Vector3<T>, T), LimitSurfaceError> {
-        let power = |twist: &Vector3<T>, smooth| self.power(twist, largest, centre, radius, smooth);
-        // Where one point carries much of the load, the flat part of a turn about it is large, and
-        // at its edge the search is long.
-        for (share, Lever([x, y])) in self.shares().filter(|(share, _)| *share > lit(0.2)) {
-            let turn = Vector3::new((y - centre.y) / radius, (centre.x - x) / radius, T::one());
-            let (others, forces, _) = power(&turn, T::zero());
-            let torque = wrench.dot(&turn);
-            let held = wrench * (others / torque) - forces;
-            if held.xy().component_div(largest).norm() <= share {
-                return Ok((turn / torque, others / torque.abs()));
-            }
+/// The twist t with w·t = 1 of the least power, and this power; w is of length one.
+fn least_power<T: Scalar>(
+    points: impl Iterator<Item = (T, Lever<T>)> + Clone,
+    wrench: &Vector3<T>,
+    largest: &Vector2<T>,
+) -> Result<(Vector3<T>, T), LimitSurfaceError> {
+    let power = |twist: &Vector3<T>, smooth| power(points.clone(), twist, largest, smooth);
+    // Where one point carries much of the load, the flat part of a turn about it is large, and
+    // at its edge the search is long.
+    for (share, Lever([x, y])) in points.clone().filter(|(share, _)| *share > lit(0.2)) {
+        let turn = Vector3::new(y, T::zero() - x, T::one());
+        let (others, forces, _) = power(&turn, T::zero());
+        let torque = wrench.dot(&turn);
+        let held = wrench * (others / torque) - forces;
+        if held.xy().component_div(largest).norm() <= share {
+            return Ok((turn / torque, others / torque.abs()));
         }
-        let mut twist = *wrench;
-        let (finest, mut smooth): (T, T) = (T::default_epsilon().sqrt(), lit(0.3));
-        const ITERATIONS: u32 = 200;
-        for _ in 0..ITERATIONS {
-            let (before, forces, curvature) = power(&twist, smooth);
-            // Newton's step among the twists with w·t = 1. What wwᵀ adds changes no such step.
-            let hessian = curvature + wrench * wrench.transpose() * before;
-            let Some(solver) = hessian.cholesky() else { break };
-            let [along, across] = [solver.solve(&forces), solver.solve(wrench)];
-            let multiplier = wrench.dot(&along) / wrench.dot(&across);
-            let step = across * multiplier - along;
-            let residual = (forces - wrench * multiplier).norm() / forces.norm();
-            // Below its roundings the twist can neither be smoothed nor mended.
-            let of_twist = twist.norm() * T::default_epsilon() * lit(64.0);
-            let last = smooth <= (finest * before).larger(of_twist);
-            if last && (residual <= finest * lit(16.0) || step.norm() <= of_twist) {
-                return Ok((twist, power(&twist, T::zero()).0));
-            }
-            // Each stage but the last need only come as near as its smoothing.
-            if !last && -forces.dot(&step) <= smooth * lit(0.1) {
-                smooth *= lit(0.1);
-                continue;
-            }
-            let (promised, rounding) = (forces.dot(&step), before * T::default_epsilon());
-            let mut length = T::one();
-            let enough = |length: T| {
-                let after = power(&(twist + step * length), smooth).0;
-                after <= before + promised * length * lit(0.1) + rounding * lit(8.0)
-            };
-            while length > finest && !enough(length) {
-                length *= lit(0.5);
-            }
-            twist += step * length;
-        }
-        Err(LimitSurfaceError::NotConverged(ITERATIONS))
     }
+    let mut twist = *wrench;
+    let (finest, mut smooth): (T, T) = (T::default_epsilon().sqrt(), lit(0.3));
+    const ITERATIONS: u32 = 200;
+    for _ in 0..ITERATIONS {
+        let (before, forces, curvature) = power(&twist, smooth);
+        // Newton's step among the twists with w·t = 1. What wwᵀ adds changes no such step.
+        let hessian = curvature + wrench * wrench.transpose() * before;
+        let Some(solver) = hessian.cholesky() else { break };
+        let [along, across] = [solver.solve(&forces), solver.solve(wrench)];
+        let multiplier = wrench.dot(&along) / wrench.dot(&across);
+        let step = across * multiplier - along;
+        let residual = (forces - wrench * multiplier).norm() / forces.norm();
+        // Below its roundings the twist can neither be smoothed nor mended.
+        let of_twist = twist.norm() * T::default_epsilon() * lit(64.0);
+        let last = smooth <= (finest * before).larger(of_twist);
+        if last && (residual <= finest * lit(16.0) || step.norm() <= of_twist) {
+            return Ok((twist, power(&twist, T::zero()).0));
+        }
+        // Each stage but the last need only come as near as its smoothing.
+        if !last && -forces.dot(&step) <= smooth * lit(0.1) {
+            smooth *= lit(0.1);
+            continue;
+        }
+        let (promised, rounding) = (forces.dot(&step), before * T::default_epsilon());
+        let mut length = T::one();
+        let enough = |length: T| {
+            let after = power(&(twist + step * length), smooth).0;
+            after <= before + promised * length * lit(0.1) + rounding * lit(8.0)
+        };
+        while length > finest && !enough(length) {
+            length *= lit(0.5);
+        }
+        twist += step * length;
+    }
+    Err(LimitSurfaceError::NotConverged(ITERATIONS))
+}
 
-    /// Σ wⱼ √(‖M vⱼ‖² + ε²) with the largest forces M over their mean, about the centre.
-    fn power(
-        &self,
-        twist: &Vector3<T>,
-        largest: &Vector2<T>,
-        centre: Vector2<T>,
-        radius: T,
-        smooth: T,
-    ) -> Power<T> {
-        let zero = T::zero();
-        let none = (zero, Vector3::zeros(), Matrix3::zeros());
-        self.shares().fold(none, |sum, (share, Lever([x, y]))| {
-            let lever = Lever([(x - centre.x) / radius, (y - centre.y) / radius]);
-            let weighted = lever.velocity(twist).component_mul(largest);
-            let power = (weighted.norm_squared() + smooth * smooth).sqrt();
-            if !(power > zero) {
-                return sum;
-            }
-            let wrench = lever.wrench(&(weighted.component_mul(largest) / power));
-            let stiff = lever.damping(&largest.component_mul(largest));
-            let curvature = (stiff - wrench * wrench.transpose()) * (share / power);
-            (sum.0 + share * power, sum.1 + wrench * share, sum.2 + curvature)
-        })
-    }
+/// Σ wⱼ √(‖M vⱼ‖² + ε²) with the largest forces M over their mean.
+fn power<T: Scalar>(
+    points: impl Iterator<Item = (T, Lever<T>)>,
+    twist: &Vector3<T>,
+    largest: &Vector2<T>,
+    smooth: T,
+) -> Power<T> {
+    let zero = T::zero();
+    let none = (zero, Vector3::zeros(), Matrix3::zeros());
+    points.fold(none, |sum, (share, lever)| {
+        let weighted = lever.velocity(twist).component_mul(largest);
+        let power = (weighted.norm_squared() + smooth * smooth).sqrt();
+        if !(power > zero) {
+            return sum;
+        }
+        let wrench = lever.wrench(&(weighted.component_mul(largest) / power));
+        let stiff = lever.damping(&largest.component_mul(largest));
+        let curvature = (stiff - wrench * wrench.transpose()) * (share / power);
+        (sum.0 + share * power, sum.1 + wrench * share, sum.2 + curvature)
+    })
 }

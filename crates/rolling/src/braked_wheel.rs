@@ -256,8 +256,7 @@ impl<T: Scalar, P: Tyre<T>, K: Bristle<T, Deflection = T>> BrakedWheel<T, P, K> 
     }
 
     /// The tyre, for a normal force that varies
-    /// ([`ExactPatch::reload`](crate::ExactPatch::reload)) or another profile of its
-    /// bristles.
+    /// ([`ExactPatch::reload`](crate::ExactPatch::reload)).
     pub fn tyre_mut(&mut self) -> &mut P {
         &mut self.tyre
     }

@@ -23,7 +23,7 @@
 
 use nalgebra::SVector;
 
-use super::axes::OfAxes as _;
+use super::axes::{OfAxes as _, PatchModel as _};
 use super::patch::{coefficients, slopes};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
 use bristle::Scalar;
@@ -80,19 +80,15 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     where
         M: PlaneBristle<T, A>,
     {
-        let Motion { slip_velocity: v, rolling_speed } = motion;
-        let axes = self.axes(&v.finite("slip_velocity")?);
-        let mut all = [Steady::still(); A];
-        for ((axis, &slip_velocity), steady) in axes.iter().zip(&v).zip(&mut all) {
-            *steady = axis.steady(Motion { slip_velocity, rolling_speed })?;
-        }
-        Ok(all)
+        let all = self.frozen(motion)?;
+        Ok(M::each(self.contact(), motion.slip_velocity, |i, contact, _| {
+            self.steady_of(contact, all[i])
+        }))
     }
 
     /// The patch linearised about a steady motion in combined slip: in place `[j][i]` the force of
-    /// axis i with respect to the slip velocity of axis j, and its moment (`[j][1]` of a tyre: the
-    /// self-aligning moment). The response to the rolling speed is that of `[i][i]`. About v = 0 it
-    /// is the patch in adhesion, in which no axis feels another.
+    /// axis i with respect to the slip velocity of axis j. About v = 0 it is the patch in adhesion,
+    /// in which no axis feels another.
     ///
     /// # Errors
     ///

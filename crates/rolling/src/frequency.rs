@@ -24,8 +24,10 @@
 //! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + c₀'z_ss R + (c₂ + c₂'v) P(0)),
 //! ∂F/∂U = −c₀ z_ss R' κ/V,
 //!
-//! in which nothing is divided by λ, so that v = 0 is a velocity like any other. The moment of the
-//! force about the middle of the patch has L (ξ − ½) p in place of p.
+//! in which nothing is divided by λ, so that v = 0 is a velocity like any other. For F̃/Ũ take
+//! Q(κ, s) from [`Pressure::transform_slope`] and R' from [`Pressure::lever`]. The moment of the
+//! force about the middle of the patch has L (ξ − ½) p in place of p: it is L times the response of
+//! a patch under the pressure ξ p, less L/2 times that of this one.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -39,10 +41,9 @@
 use nalgebra::Complex;
 
 use super::patch::{checked, of_velocity, slopes};
-use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
 use bristle::parameter::Checked;
-use bristle::scalar::{is_zero, lit};
+use bristle::scalar::is_zero;
 use bristle::{Affine, Bristle, Scalar};
 
 /// A patch linearised about a steady motion, see [`Patch::linearised`].
@@ -52,13 +53,10 @@ pub struct LinearisedPatch<T, P> {
     /// L, and what multiplies the pressure.
     weight: T,
     transport: T,
-    length: T,
     /// c₀
     stiffness: T,
     /// κ
     decay: T,
-    /// z_ss
-    stationary: T,
     /// b₀ = r + r'v − λ'z_ss
     b0: T,
     /// b₁ = λ'z_ss
@@ -130,12 +128,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let b1 = times(slopes.relaxation, stationary);
         LinearisedPatch {
             pressure: self.pressure().clone(),
-            weight: self.length() * self.factor(),
+            weight: self.length() * self.factor,
             transport,
-            length: self.length(),
             stiffness: affine.stiffness,
             decay: affine.relaxation / transport,
-            stationary,
             b0: share * affine.drive + times(slopes.drive, v) - b1,
             b1,
             direct: share * affine.damping + times(slopes.damping, v),
@@ -168,17 +164,7 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂v, the slope of the steady force.
     /// LuGre's loses the digits by which c₀ z_ss' and c₂ exceed their sum.
     pub fn by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
-        self.under(&self.pressure, angular_frequency).scale(self.weight)
-    }
-
-    /// ∂F/∂v [N s/m] of the steady force.
-    pub(super) fn steady_slope(&self) -> T {
-        self.by_slip_velocity(T::zero()).re
-    }
-
-    /// The response to the slip velocity under a pressure, over the weight.
-    fn under(&self, pressure: &impl Pressure<T>, angular_frequency: T) -> Complex<T> {
-        let (decay, per_deflection) = (self.decay, self.stiffness / self.transport);
+        let (pressure, decay) = (&self.pressure, self.decay);
         // ∫ p H₂ dξ, risen and remaining apart: LuGre's first is a small difference.
         let direct = (self.rising_direct + self.direct) * pressure.rise(decay)
             + self.direct * pressure.remaining(decay);
@@ -187,93 +173,11 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
             let risen = if is_zero(decay) { lever } else { pressure.rise(decay) / decay };
             [risen, lever].map(Complex::from)
         } else {
-            let both = self.exponent(angular_frequency);
+            let both = Complex::new(decay, angular_frequency / self.transport);
             [T::zero(), decay].map(|from| pressure.transform_slope(from, both))
         };
         let gathered = gathered0.scale(self.b0) + gathered1.scale(self.b1);
-        gathered.scale(per_deflection) + Complex::from(direct)
-    }
-
-    /// The frequency response from the rolling speed to the force, F̃/Ũ [N s/m], at an angular
-    /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂U, the slope of the steady force.
-    pub fn by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
-        self.faster_under(&self.pressure, angular_frequency).scale(self.weight)
-    }
-
-    /// The response to the rolling speed under a pressure, over the weight.
-    fn faster_under(&self, pressure: &impl Pressure<T>, angular_frequency: T) -> Complex<T> {
-        let shifted = if is_zero(angular_frequency) {
-            pressure.lever(self.decay).into()
-        } else {
-            pressure.transform_slope(self.decay, self.exponent(angular_frequency))
-        };
-        let share = self.decay / (self.transport * self.length);
-        shifted.scale(-self.stiffness * self.stationary * share)
-    }
-
-    /// The frequency response from the slip velocity to the moment of the force about the middle of
-    /// the patch, M̃/ṽ [N s], at an angular frequency ω [rad/s] of either sign: for the force of
-    /// the lateral axis the self-aligning moment on the wheel. At ω = 0 it is the slope of the
-    /// steady moment. By quadrature, to a rounding of L times the response of the force: its work
-    /// grows with ω L/U, beyond 2·10⁶ it is NaN.
-    ///
-    /// ```
-    /// use bristle::curve::Stribeck;
-    /// use bristle::nalgebra::Vector2;
-    /// use bristle::paper;
-    /// use bristle_plane::PlaneFrBd;
-    /// use bristle::rheology::KelvinVoigt;
-    /// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
-    ///
-    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
-    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
-    /// let tyre = Patch::new(PatchParameters {
-    ///     model: PlaneFrBd::isotropic(curve, bristle),
-    ///     length: bristle_rolling::TYRE_LENGTH,
-    ///     pressure: PolynomialExponential::constant(),
-    /// })?
-    /// .under_load(4000.0)?; // N
-    /// let cruise = Motion { slip_velocity: Vector2::zeros(), rolling_speed: 16.0 };
-    /// let lateral = tyre.combined_linearised(cruise)?[1][1]; // of F_y to v_y
-    /// let trail = lateral.moment_by_slip_velocity(0.0).re / lateral.by_slip_velocity(0.0).re;
-    /// assert!((trail / (bristle_rolling::TYRE_LENGTH / 6.0) - 1.0_f64).abs() < 1e-12);
-    /// # Ok::<(), bristle::ParameterError>(())
-    /// ```
-    pub fn moment_by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
-        self.under(&Levered(&self.pressure), angular_frequency).scale(self.weight * self.length)
-    }
-
-    /// The frequency response from the rolling speed to the moment, M̃/Ũ [N s], see
-    /// [`LinearisedPatch::moment_by_slip_velocity`].
-    pub fn moment_by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
-        self.faster_under(&Levered(&self.pressure), angular_frequency)
-            .scale(self.weight * self.length)
-    }
-
-    /// s = κ + iω/V
-    fn exponent(&self, angular_frequency: T) -> Complex<T> {
-        Complex::new(self.decay, angular_frequency / self.transport)
-    }
-}
-
-/// (ξ − ½) p: a pressure times its lever about the middle of the patch, of both signs. Its
-/// integrals are those by quadrature.
-#[derive(Debug, Clone)]
-struct Levered<'a, P>(&'a P);
-
-impl<T: Scalar, P: Pressure<T>> Pressure<T> for Levered<'_, P> {
-    fn at_and_slope(&self, place: T) -> (T, T) {
-        let (lever, (pressure, slope)) = (place - lit(0.5), self.0.at_and_slope(place));
-        (lever * pressure, pressure + lever * slope)
-    }
-
-    fn next_knot(&self, place: T) -> Option<T> {
-        self.0.next_knot(place)
-    }
-
-    fn total(&self) -> T {
-        let mut sum = T::zero();
-        weigh(self, None, T::zero().into(), |_, pressure| sum += pressure);
-        sum
+        let gathered = gathered.scale(self.stiffness / self.transport);
+        (gathered + Complex::from(direct)).scale(self.weight)
     }
 }

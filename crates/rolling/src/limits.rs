@@ -107,7 +107,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let deflection = model.deflection.map_or(one / zero, |most| most * scale);
         // A smaller scale leaves the bounds of c₀ and c₂, a larger one raises viscous friction.
         let damping = damping * scale.larger(one);
-        let (weight, carried) = (self.length() * self.factor(), self.contact().reference_load());
+        let (weight, carried) = (self.length() * self.factor, self.contact().reference_load());
 
         // Where the limit of the deflection is reached, if within the patch.
         let reach = Some(deflection / slope).filter(|&reach| reach < one);

@@ -156,7 +156,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         if !self.model().obeys(Law::Passivity) {
             return PatchPassivity::Model;
         }
-        let stiffness = self.factor() * self.model().storage_stiffness();
+        let stiffness = self.factor * self.model().storage_stiffness();
         let uniform = |value: T| move |_: T| (value, T::zero());
         PatchPassivity::of(self.pressure(), uniform(stiffness), uniform(T::one()))
     }

@@ -1,6 +1,7 @@
 //! A contact patch: bristles of one model along a length, under a pressure.
 
 use super::Pressure;
+use super::axes::{OfAxes, PatchModel};
 use bristle::parameter::{Checked, Named, ParameterError, Rule};
 use bristle::scalar::is_zero;
 use bristle::{Affine, Bristle, Contact, Form, LoadChange, Scalar};
@@ -35,25 +36,20 @@ pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Checked<()> {
     if model.form() == Form::OfVelocity {
         return Ok(());
     }
-    Err(ParameterError::chosen(
-        model.name(),
-        "a patch takes models whose Bristle::form is Form::OfVelocity",
-    ))
+    let takes = "a patch takes models whose Bristle::form is Form::OfVelocity";
+    Err(ParameterError::chosen(model.name(), takes))
 }
 
 /// Coefficients, if they are finite and λ is not negative.
 #[inline]
 pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Checked<Affine<T>> {
     let Affine { relaxation, drive, stiffness, damping } = affine;
-    if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
-        return Ok(affine);
-    }
     let name = "relaxation rate of the friction model";
     finite(name, relaxation)?;
     finite("drive of the friction model", drive)?;
     finite("stiffness of the friction model", stiffness)?;
     finite("damping of the friction model", damping)?;
-    Named(name, relaxation).at_least("zero", relaxation.larger(T::zero()))?;
+    Named(name, relaxation).at_least("zero", T::zero())?;
     Ok(affine)
 }
 
@@ -107,7 +103,7 @@ pub struct Patch<T, M, P> {
     /// L ∫p dξ of the pressure as it was given \[N\].
     given: T,
     /// The reference load over it.
-    factor: T,
+    pub(super) factor: T,
 }
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -182,52 +178,56 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         &self.pressure
     }
 
-    /// The factor by which the pressure is multiplied under the reference load \[–\].
-    pub(super) fn factor(&self) -> T {
-        self.factor
-    }
-
     /// The normal force F_z \[N\].
     pub fn normal_force(&self) -> T {
         self.contact.normal_force()
     }
 
-    /// The transport velocity V = U/L \[1/s\], crossings of the patch per second, of a motion that
-    /// is finite, if the patch rolls forward or stands. Below the smallest parameter a speed is
-    /// none, and its arithmetic with subnormal numbers is slow.
+    /// The transport velocity V = U/L \[1/s\], crossings of the patch per second, if the patch
+    /// rolls forward or stands. Below the smallest parameter a speed is none, and its arithmetic
+    /// with subnormal numbers is slow.
     #[inline]
-    fn transport(&self, motion: Motion<T>) -> Checked<T> {
-        Named("slip_velocity", motion.slip_velocity).finite()?;
-        let rolling_speed = Named("rolling_speed", motion.rolling_speed).non_negative()?;
+    fn transport(&self, rolling_speed: T) -> Checked<T> {
+        let rolling_speed = Named("rolling_speed", rolling_speed).non_negative()?;
         let stands = rolling_speed < Named::smallest();
         let rolling_speed = if stands { T::zero() } else { rolling_speed };
         Named("rolling_speed", rolling_speed / self.length).finite()
     }
 
-    /// A motion and the coefficients of a contact at it, if they are those of a patch.
+    /// The motion of each axis and the coefficients at it, if they are those of a patch.
     #[inline]
-    pub(super) fn frozen<K: Bristle<T, Deflection = T>>(
+    pub(super) fn frozen<V: OfAxes<T, A>, const A: usize>(
         &self,
-        contact: &Contact<T, K>,
-        motion: Motion<T>,
-    ) -> Checked<Frozen<T>> {
-        let (transport, slip_velocity) = (self.transport(motion)?, motion.slip_velocity);
-        Ok(Frozen { affine: coefficients(contact, slip_velocity)?, slip_velocity, transport })
+        motion: Motion<V, T>,
+    ) -> Checked<[Frozen<T>; A]>
+    where
+        M: PatchModel<T, V, A>,
+    {
+        let slip_velocity = motion.slip_velocity.finite("slip_velocity")?;
+        let transport = self.transport(motion.rolling_speed)?;
+        let axes = M::each(&self.contact, slip_velocity, |_, contact, slip_velocity| {
+            let affine = coefficients(contact, slip_velocity);
+            affine.map(|affine| Frozen { affine, slip_velocity, transport })
+        });
+        let mut all = [Frozen { affine: Affine::none(), slip_velocity: T::zero(), transport }; A];
+        for (frozen, axis) in all.iter_mut().zip(axes) {
+            *frozen = axis?;
+        }
+        Ok(all)
     }
 
     /// The transport velocity of a motion that is finite, if the patch rolls forward.
     pub(super) fn rolling(&self, motion: Motion<T>) -> Checked<T> {
         Named("rolling_speed", motion.rolling_speed).positive()?;
-        self.transport(motion)
+        Named("slip_velocity", motion.slip_velocity).finite()?;
+        self.transport(motion.rolling_speed)
     }
 }
 
 /// How two bodies move on each other at a contact patch (what a log measured is an
 /// `identify::Motion`): two numbers, held over a step, two signals
 /// of the time for [`ExactPatch::follow`](super::ExactPatch::follow), or two functions of the place
-/// ξ \[–\] and of the time since the step's start \[s\] for
-#[cfg_attr(feature = "alloc", doc = "[`Grid::step_field`](super::Grid::step_field).")]
-#[cfg_attr(not(feature = "alloc"), doc = "`Grid::step_field`.")]
+/// ξ \[–\] and of the time since the step's start \[s\] for `Grid::step_field`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<S, W = S> {
     /// Slip velocity v [m/s]: velocity of the body's surface over the ground if neither were

@@ -26,7 +26,7 @@ use super::{Motion, Patch, Pressure};
 use bristle::parameter::{Checked, Named};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
-use bristle::{Bristle, Scalar};
+use bristle::{Bristle, Contact, Scalar};
 
 /// A patch in steady rolling, see [`Patch::steady`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,18 +46,6 @@ pub struct Steady<T> {
 }
 
 impl<T: Scalar> Steady<T> {
-    /// A patch without any slip.
-    pub(super) fn still() -> Self {
-        let zero = T::zero();
-        Self {
-            force: zero,
-            decay: zero,
-            stationary_deflection: zero,
-            stationary_coefficient: zero,
-            entry_coefficient: zero,
-        }
-    }
-
     /// The deflection z(ξ) = z_ss (1 − e^(−κξ)) \[m\] at a place.
     pub fn deflection(&self, place: T) -> T {
         self.stationary_deflection * self.risen(place)
@@ -75,6 +63,35 @@ impl<T: Scalar> Steady<T> {
 
     fn left(&self, place: T) -> T {
         if self.decay.is_finite() { (-self.decay * place).exp() } else { T::zero() }
+    }
+}
+
+impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
+    /// The steady rolling of an axis.
+    pub(super) fn steady_of<K: Bristle<T, Deflection = T>>(
+        &self,
+        contact: &Contact<T, K>,
+        frozen: Frozen<T>,
+    ) -> Steady<T> {
+        let Frozen { affine, slip_velocity: v, transport } = frozen;
+        let still = is_zero(affine.relaxation);
+        let surface = contact.surface(v);
+        let stationary_coefficient = if is_zero(surface.scale()) {
+            T::zero()
+        } else {
+            contact.model().stationary_coefficient(surface)
+        };
+        let steady = Steady {
+            force: T::zero(),
+            decay: if still { T::zero() } else { affine.relaxation / transport },
+            stationary_deflection: contact.stationary(v),
+            stationary_coefficient,
+            entry_coefficient: affine.damping * v,
+        };
+        // μ_ss R(κ) + c₂ v (P − R(κ))
+        let carried = steady.stationary_coefficient * self.pressure().rise(steady.decay)
+            + steady.entry_coefficient * self.pressure().remaining(steady.decay);
+        Steady { force: self.length() * self.factor * carried, ..steady }
     }
 }
 
@@ -108,25 +125,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn steady(&self, motion: Motion<T>) -> Checked<Steady<T>> {
-        let Frozen { affine, slip_velocity: v, transport } = self.frozen(self.contact(), motion)?;
-        let still = is_zero(affine.relaxation);
-        let surface = self.contact().surface(v);
-        let stationary_coefficient = if is_zero(surface.scale()) {
-            T::zero()
-        } else {
-            self.model().stationary_coefficient(surface)
-        };
-        let steady = Steady {
-            force: T::zero(),
-            decay: if still { T::zero() } else { affine.relaxation / transport },
-            stationary_deflection: self.contact().stationary(v),
-            stationary_coefficient,
-            entry_coefficient: affine.damping * v,
-        };
-        // μ_ss R(κ) + c₂ v (P − R(κ))
-        let carried = steady.stationary_coefficient * self.pressure().rise(steady.decay)
-            + steady.entry_coefficient * self.pressure().remaining(steady.decay);
-        Ok(Steady { force: self.length() * self.factor() * carried, ..steady })
+        let [frozen] = self.frozen(motion)?;
+        Ok(self.steady_of(self.contact(), frozen))
     }
 
     /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip ratio s = v/U at s
@@ -140,7 +140,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a rolling speed that is not positive.
     pub fn slip_stiffness(&self, rolling_speed: T) -> Checked<T> {
         let about = self.linearised(Motion { slip_velocity: T::zero(), rolling_speed })?;
-        Ok(about.steady_slope() * rolling_speed)
+        Ok(about.by_slip_velocity(T::zero()).re * rolling_speed)
     }
 
     /// The peak of the steady force over the slip: its highest maximum at slip velocities between 0
@@ -165,7 +165,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let sign = if up_to.slip_velocity < T::zero() { -T::one() } else { T::one() };
         let at = |slip: T| Motion { slip_velocity: sign * slip, ..up_to };
         let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
-        let slope = |slip: T| self.linearised(at(slip)).map_or(T::zero(), |at| at.steady_slope());
+        let slope = |slip: T| {
+            self.linearised(at(slip)).map_or(T::zero(), |at| at.by_slip_velocity(T::zero()).re)
+        };
         let higher = |a: Option<(T, T)>, b: Option<(T, T)>| {
             a.into_iter().chain(b).reduce(|a, b| if b.1 > a.1 { b } else { a })
         };
@@ -205,8 +207,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn pneumatic_trail(&self, motion: Motion<T>) -> Checked<Option<T>> {
-        let steady = self.steady(motion)?;
-        let Frozen { affine, slip_velocity, transport } = self.frozen(self.contact(), motion)?;
+        let [frozen] = self.frozen(motion)?;
+        let Frozen { affine, slip_velocity, transport } = frozen;
+        let steady = self.steady_of(self.contact(), frozen);
         let half: T = lit(0.5);
         let steepness = if steady.decay.is_finite() { steady.decay } else { T::zero() };
         let (mut force, mut moment) = (T::zero(), T::zero());

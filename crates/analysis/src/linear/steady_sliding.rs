@@ -14,8 +14,6 @@
 //! A mass on a moving belt, held by a spring and a damper on the ground, has the same small
 //! motions, with v the sliding velocity; only its stretch in steady sliding is F_ss/k.
 
-use core::cmp::Ordering;
-
 use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 use bristle::{Bristle, Contact, Mechanism, Scalar, Sliding};
@@ -64,30 +62,6 @@ const DOWN: f64 = 0.964_661_619_911_199;
 fn on_spring<T: Scalar>(mechanism: Mechanism<T>) -> Checked<Mechanism<T>> {
     Named("spring_stiffness", mechanism.checked()?.spring_stiffness).positive()?;
     Ok(mechanism)
-}
-
-/// The quantities in the Routh–Hurwitz conditions.
-struct Conditions<T> {
-    /// λ [1/s]
-    relaxation: T,
-    /// mλ + D [kg/s]
-    shifted: T,
-    /// D = d + ∂F/∂v [N s/m]
-    quick: T,
-    /// (mλ + D) λ S, where S = d + dF_ss/dv: the part of the last condition without the spring
-    without_spring: T,
-}
-
-impl<T: Scalar> Conditions<T> {
-    /// Whether small motions die out (`Greater`), stay or grow (`Less`).
-    fn decay(&self, stiffness: T) -> Ordering {
-        let zero = T::zero();
-        if !(self.relaxation > zero && self.shifted > zero) {
-            return Ordering::Less;
-        }
-        let last = self.without_spring + self.quick * stiffness;
-        last.partial_cmp(&zero).unwrap_or(Ordering::Equal)
-    }
 }
 
 /// Steady sliding of a mass on a spring whose far end moves at a velocity, and the small motions
@@ -172,12 +146,9 @@ pub fn critical_stiffness<T: Scalar, M: Bristle<T, Deflection = T>>(
     mechanism: Mechanism<T>,
     sliding: impl Into<Sliding<T>>,
 ) -> Checked<Threshold<T>> {
-    let conditions = conditions(contact, on_spring(mechanism)?, sliding.into())?;
+    let condition = last_condition(contact, on_spring(mechanism)?, sliding.into())?;
+    let Some((without, quick)) = condition else { return Ok(Threshold::NeverStable) };
     let zero = T::zero();
-    if !(conditions.relaxation > zero && conditions.shifted > zero) {
-        return Ok(Threshold::NeverStable);
-    }
-    let (without, quick) = (conditions.without_spring, conditions.quick);
     Ok(match (without > zero, without < zero, quick > zero, quick < zero) {
         (true, _, _, false) | (false, false, true, _) => Threshold::AlwaysStable,
         (true, _, _, true) => Threshold::StableBelow(without / -quick),
@@ -210,10 +181,11 @@ pub fn critical_speed<T: Scalar, M: Bristle<T, Deflection = T>>(
     Named("speeds.end", end).at_least("speeds.start", start)?;
     let mut marginal = true;
     let mut stable = |speed: T| -> Checked<bool> {
-        let conditions = conditions(contact, mechanism, Sliding::from(speed))?;
-        let decay = conditions.decay(mechanism.spring_stiffness);
-        marginal &= decay == Ordering::Equal;
-        Ok(decay == Ordering::Greater)
+        let condition = last_condition(contact, mechanism, Sliding::from(speed))?;
+        let (zero, stiffness) = (T::zero(), mechanism.spring_stiffness);
+        let decay = condition.map(|(without, quick)| without + quick * stiffness);
+        marginal &= decay.is_some_and(|decay| !(decay.abs() > zero));
+        Ok(decay.is_some_and(|decay| decay > zero))
     };
     let at_top = stable(end)?;
     let mut above = end;
@@ -241,16 +213,19 @@ pub fn critical_speed<T: Scalar, M: Bristle<T, Deflection = T>>(
     })
 }
 
-fn conditions<T: Scalar, M: Bristle<T, Deflection = T>>(
+/// The last Routh–Hurwitz condition (mλ + D) λ S + D k > 0, S = d + dF_ss/dv, D = d + ∂F/∂v: the
+/// part without the spring, and D. None unless the others hold, λ > 0 and mλ + D > 0.
+fn last_condition<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     Mechanism { mass, viscous_damping, .. }: Mechanism<T>,
     sliding: Sliding<T>,
-) -> Checked<Conditions<T>> {
+) -> Checked<Option<(T, T)>> {
     let friction: StateSpace<T, 1> = steady_state_space(contact, sliding)?;
     let relaxation = -friction.dynamics.x;
     let quick = viscous_damping + friction.feedthrough;
     // λ S = λ D + C B.
     let slope = quick + friction.output.x * friction.input.x / relaxation;
     let shifted = mass * relaxation + quick;
-    Ok(Conditions { relaxation, shifted, quick, without_spring: shifted * relaxation * slope })
+    let others = relaxation > T::zero() && shifted > T::zero();
+    Ok(others.then(|| (shifted * relaxation * slope, quick)))
 }

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use bristle::Bristle;
 use bristle_batch::{
-    Batch, BatchError, CommitInput, Outcome, Real, ReloadInput, RenewInput, StepInput, Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, Outcome, Real, ReloadInput, StepInput, Uniform,
 };
 use bristle_specimens::draw::Draw;
 use bristle_specimens::specimens::table_2_lugre;
@@ -17,17 +17,20 @@ struct Reloads;
 
 impl<T: Real> Task<T> for Reloads {
     fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy + Sync>(&self, model: M) {
-        reloads_are_those_of_a_bristle(&Batch::of(&model).unwrap(), &model);
-        reloads_are_those_of_a_bristle(&Batch::of_model(&model).unwrap(), &model);
+        for reference in [1e-2, 1.0, 1e2] {
+            let reference = lit(reference);
+            reloads_are_those_of_a_bristle(&Batch::of(&model).unwrap(), &model, reference);
+            reloads_are_those_of_a_bristle(&Batch::of_model(&model).unwrap(), &model, reference);
+        }
     }
 }
 
 pub(crate) fn reloads_are_those_of_a_bristle<T: Real, M: Bristle<T, Deflection = T>>(
     batch: &Batch<'_, T>,
     model: &M,
+    reference: T,
 ) {
     let (mut run, mut draw) = (Run::<T>::random(300), Draw(7));
-    let reference = [(); 300].map(|()| lit(draw.logarithmic(1e-2, 1e2)));
     let after = run.load.clone().into_iter().map(|load| match draw.next() {
         share if share < 0.1 => T::zero(),
         share if share < 0.2 => load,
@@ -35,18 +38,18 @@ pub(crate) fn reloads_are_those_of_a_bristle<T: Real, M: Bristle<T, Deflection =
     });
     let after: Vec<T> = after.collect();
     run.after.copy_from_slice(&run.before);
-    let batch = batch.measured_at_each(&reference).unwrap();
+    let batch = batch.measured_at(reference).unwrap();
     let change = ReloadInput { before: &run.load, after: &after, velocities: &run.predicted };
     let outcome = batch.reload(change, &mut run.after, &mut run.bias).unwrap();
     assert!(outcome.is_finite());
     let mut cut = 0;
-    for i in 0..300 {
+    for (i, &after) in after.iter().enumerate() {
         let contact = model.clone().under_load(run.load[i]).unwrap();
-        let mut contact = contact.measured_at(reference[i]).unwrap();
+        let mut contact = contact.measured_at(reference).unwrap();
         let stored = f(contact.stored_energy(run.before[i]));
-        let want = contact.reload(after[i], run.predicted[i], run.before[i]).unwrap();
+        let want = contact.reload(after, run.predicted[i], run.before[i]).unwrap();
         let (z, left) = (f(want.deflection), f(want.dissipated));
-        let what = || format!("{i}: {} to {} N, {contact:?}", run.load[i], after[i]);
+        let what = || format!("{i}: {} to {} N, {contact:?}", run.load[i], after);
         // Some ten roundings, and two of the exponential.
         let rounding = 16.0 * f(T::default_epsilon());
         assert_within(rounding, f(run.before[i]).abs(), f(run.after[i]), z, what);
@@ -84,17 +87,43 @@ fn what_has_no_load_has_no_deflection_and_what_is_no_load_is_reported() {
 fn equal_loads_change_no_bit<T: Real>() {
     let batch = Batch::of(&friction::<T>()).unwrap();
     let mut one = Run::<T>::random(67);
+    one.load.fill(lit(0.7));
     let (mut other, mut third) = (one.clone(), one.clone());
     let _ = one.step(&batch, lit(1e-3));
-    let references = other.load.clone();
-    let _ = other.step(&batch.measured_at_each(&references).unwrap(), lit(1e-3));
+    let _ = other.step(&batch.measured_at(lit(0.7)).unwrap(), lit(1e-3));
     assert_eq!(one, other);
-    // Nor whether a reference load is shared.
-    let references = [lit(0.7); 67];
-    let _ = other.step(&batch.measured_at_each(&references).unwrap(), lit(1e-3));
-    let _ = third.step(&batch.measured_at(lit(0.7)).unwrap(), lit(1e-3));
-    assert_eq!(other, third);
+    let _ = third.step(&batch.measured_at(lit(0.8)).unwrap(), lit(1e-3));
     assert_ne!(one, third);
+}
+
+/// Reference loads Pᵢ of each bristle are those of σ0 Pᵢ/P and σ1 Pᵢ/P, under one P.
+#[test]
+fn a_reference_load_only_scales_stiffness_and_damping() {
+    let (curve, bristle) = (crate::stribeck(2.0), crate::kelvin_voigt::<f64>().parameters());
+    let references = [0.5, 1.0, 3.0, 20.0];
+    let stiffnesses = references.map(|reference| bristle.micro_stiffness * reference / 2.0);
+    let dampings = references.map(|reference| bristle.micro_damping * reference / 2.0);
+    let curve = curve.parameters();
+    let columns = Columns {
+        static_coefficients: &[curve.static_coefficient; 4],
+        dynamic_coefficients: &[curve.dynamic_coefficient; 4],
+        stribeck_velocities: &[curve.stribeck_velocity; 4],
+        viscous_frictions: &[curve.viscous_friction; 4],
+        micro_stiffnesses: &stiffnesses,
+        micro_dampings: &dampings,
+    };
+    let mut all = Run::<f64>::random(4);
+    let each = Batch::of_each(Fall::Gaussian, columns).unwrap().measured_at(2.0).unwrap();
+    let _ = all.step(&each, 1e-3);
+    let model = friction::<f64>();
+    for (i, reference) in references.into_iter().enumerate() {
+        let mut one = Run::<f64>::random(4);
+        let _ = one.step(&Batch::of(&model).unwrap().measured_at(reference).unwrap(), 1e-3);
+        for (got, want) in all.columns().into_iter().zip(one.columns()) {
+            // Some twenty roundings.
+            assert_within(1e-14, want[i].abs(), got[i], want[i], || format!("{i}"));
+        }
+    }
 }
 
 #[test]
@@ -126,7 +155,7 @@ fn a_load_that_varies_moves_nothing_that_is_held() {
 }
 
 #[test]
-fn a_change_of_the_load_that_does_not_go_with_the_stiffness_is_refused() {
+fn a_reload_of_a_stiffness_that_follows_the_load_is_refused() {
     let batch = Batch::of(&friction::<f64>()).unwrap();
     let measured = batch.measured_at(2.0).unwrap();
     let loads = ReloadInput { before: &[1.0], after: &[1.0], velocities: &[0.0] };
@@ -134,25 +163,10 @@ fn a_change_of_the_load_that_does_not_go_with_the_stiffness_is_refused() {
         batch.reload(loads, &mut [0.0], &mut [0.0]).unwrap_err().to_string(),
         "a reload takes Batch::measured_at, not a stiffness that follows the load"
     );
-    let loads = RenewInput { before: &[1.0], after: &[1.0] };
-    assert_eq!(
-        measured.renew(loads, &mut [0.0], &mut [0.0]).unwrap_err().to_string(),
-        "a renewal takes a stiffness that follows the load, not Batch::measured_at"
-    );
     for load in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let Err(BatchError::Parameter(error)) = batch.measured_at(load) else { panic!("{load}") };
         assert_eq!(error.name, "reference_load");
-        let loads = [1.0, load];
-        let refused = batch.measured_at_each(&loads);
-        let Err(BatchError::Parameter(error)) = refused else { panic!("{load}") };
-        assert_eq!((error.name, error.component), ("reference_loads", Some(1)));
     }
-    // As many as there are bristles.
-    let three = batch.measured_at_each(&[1.0; 3]).unwrap();
-    let mut z = [0.0; 2];
-    let input = StepInput { velocities: &[0.1; 2], normal_forces: &[1.0; 2], deflections: &mut z };
-    let text = "reference_loads has length 3, but velocities asks for 2";
-    assert_eq!(three.hold(input, 1e-3, &mut [0.0; 2]).unwrap_err().to_string(), text);
     let short = ReloadInput { before: &[1.0], after: &[1.0], velocities: &[0.0; 2] };
     let refused = measured.reload(short, &mut [0.0], &mut [0.0]).unwrap_err();
     assert!(matches!(refused, BatchError::Length { name: "velocities", length: 2, .. }));

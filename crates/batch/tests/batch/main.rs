@@ -15,8 +15,7 @@ use bristle::curve::{
 use bristle::rheology::KelvinVoigt;
 use bristle::{Affine, Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Scalar, Surface};
 use bristle_batch::{
-    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, RenewInput,
-    StepInput, Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, StepInput, Uniform,
 };
 use bristle_specimens::draw::Draw;
 use bristle_specimens::recipe::Recipe;
@@ -310,55 +309,11 @@ fn a_passive_step_is_the_midpoint_rule_an_exact_one_that_of_one_bristle_and_none
     every_model::<f32>(&Steps);
 }
 
-struct Renewals;
-
-impl<T: Real> Task<T> for Renewals {
-    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy + Sync>(&self, model: M) {
-        let batch = Batch::of(&model).unwrap();
-        let mut run = Run::random(150);
-        let mut draw = Draw(7);
-        let mut forces =
-            || if draw.next() < 0.2 { T::zero() } else { lit(draw.logarithmic(1e-3, 1e3)) };
-        let (before, after) = (run.load.clone(), [(); 150].map(|()| forces()));
-        run.after.copy_from_slice(&run.before);
-        let loads = RenewInput { before: &before, after: &after };
-        let outcome = batch.renew(loads, &mut run.after, &mut run.bias).unwrap();
-        assert!(outcome.is_finite());
-        for i in 0..150 {
-            let mut contact = model.under_load(before[i]).unwrap();
-            let want = contact.renew(after[i], run.before[i]).unwrap();
-            let (z, left) = (f(want.deflection), f(want.dissipated));
-            // A few roundings of a product.
-            let rounding = 4.0 * f(T::default_epsilon());
-            assert_within(rounding, z.abs(), f(run.after[i]), z, || format!("z of {i}"));
-            assert_within(rounding, left, f(run.bias[i]), left, || format!("W of {i}"));
-        }
-    }
-}
-
 /// Loads before and after that come from or go to nothing, and such as are none.
 const NO_LOADS: [[f64; 8]; 2] = [
     [0.0, 2.0, 0.0, f64::NAN, 1.0, 1.0, f64::INFINITY, f64::INFINITY],
     [2.0, 0.0, 0.0, 1.0, -1.0, f64::INFINITY, 1.0, f64::INFINITY],
 ];
-
-#[test]
-fn a_renewal_is_that_of_one_bristle() {
-    every_model::<f64>(&Renewals);
-    every_model::<f32>(&Renewals);
-    // From and to nothing, and what is none.
-    let batch = Batch::of(&friction::<f64>()).unwrap();
-    let (mut z, mut left) = ([1e-5; 8], [0.0; 8]);
-    let [before, after] = &NO_LOADS;
-    let outcome = batch.renew(RenewInput { before, after }, &mut z, &mut left).unwrap();
-    assert_eq!(z, [0.0; 8]);
-    assert_eq!(left[..3], [0.0, 0.5 * 2.0 * 1e4 * 1e-5 * 1e-5, 0.0]);
-    assert_eq!(outcome, Outcome { not_finite: 5, first: Some(3) });
-    assert!(!outcome.is_finite());
-    let short = RenewInput { before: &[1.0], after: &[1.0; 2] };
-    let refused = batch.renew(short, &mut [0.0], &mut [0.0]).unwrap_err();
-    assert!(matches!(refused, BatchError::Length { name: "after", length: 2, .. }));
-}
 
 fn same_bits_in_batches_of_every_size<T: Real>() {
     let batch = Batch::of(&friction::<T>()).unwrap();

@@ -114,7 +114,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let Frozen { affine, transport, .. } = frozen;
         queue.make_room(transport * duration);
         let [free, driven, kept] = self.mean_deflections(queue, &affine, transport, duration);
-        let weight = self.factor() * self.length();
+        let weight = self.factor * self.length();
         let driven = affine.drive * driven;
         let beyond = beyond_springs(&affine, stiffness, [driven, kept, self.pressure().total()]);
         let bias = weight * affine.stiffness * free;
@@ -153,7 +153,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
             squares += (reach - one) * z * z;
         }
         let stiffness = stiffness * self.pressure().at(one);
-        lit::<T>(0.5) * self.length() * self.factor() * stiffness * squares
+        lit::<T>(0.5) * self.length() * self.factor * stiffness * squares
     }
 
     /// Integrals over the patch, weighted with the pressure and averaged over a step, of the
@@ -221,7 +221,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let mut sum = T::zero();
         queue.over_bristles(self.pressure(), |_, z, load| sum += load * z * z);
         let half = lit::<T>(0.5) * stiffness;
-        half * (self.length() * self.factor() * sum)
+        half * (self.length() * self.factor * sum)
     }
 }
 

@@ -30,12 +30,12 @@ use core::marker::PhantomData;
 use nalgebra::SVector;
 
 use super::axes::{OfAxes, PatchModel};
-use super::patch::{Frozen, finite};
+use super::patch::finite;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::parameter::{Checked, Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 use bristle::{Affine, Bristle, Reloaded, Scalar};
-use profile::{Profile, level};
+use profile::level;
 use queue::Queue;
 
 #[cfg(feature = "alloc")]
@@ -253,7 +253,7 @@ where
     ///
     /// Refuses a motion that is not finite or runs backwards.
     pub fn settle(&mut self, motion: Motion<V, T>) -> Checked<()> {
-        let all = self.frozen(motion)?;
+        let all = self.patch.frozen(motion)?;
         self.queues.iter_mut().zip(&all).for_each(|(queue, frozen)| queue.settle(frozen));
         Ok(())
     }
@@ -269,7 +269,7 @@ where
     #[inline]
     pub fn step(&mut self, motion: Motion<V, T>, duration: T) -> Checked<V> {
         let duration = Named("duration", duration).non_negative()?;
-        let all = self.frozen(motion)?;
+        let all = self.patch.frozen(motion)?;
         let Self { patch, queues, .. } = self;
         Ok(V::of_axes(core::array::from_fn(|i| {
             let (queue, frozen) = (&mut queues[i], &all[i]);
@@ -346,7 +346,7 @@ where
         duration: T,
     ) -> Checked<PatchStep<'_, T, M, N, B, V, A>> {
         let duration = Named("duration", duration).non_negative()?;
-        let all = self.frozen(predicted)?;
+        let all = self.patch.frozen(predicted)?;
         let stiffness = self.patch.model().stiffness_of_axes();
         let Self { patch, queues, .. } = &mut *self;
         let coupling = |i: usize| patch.coupling(&mut queues[i], stiffness[i], all[i], duration);
@@ -356,22 +356,6 @@ where
             finite("damping", damping)?;
         }
         Ok(PatchStep { rolling: self, couplings })
-    }
-
-    /// The coefficients and the motion of each axis.
-    #[inline]
-    fn frozen(&self, motion: Motion<V, T>) -> Checked<[Frozen<T>; A]> {
-        let Motion { slip_velocity, rolling_speed } = motion;
-        let slip_velocity = slip_velocity.finite("slip_velocity")?;
-        let axes = M::each(self.patch.contact(), slip_velocity, |_, contact, slip_velocity| {
-            self.patch.frozen(contact, Motion { slip_velocity, rolling_speed })
-        });
-        let zero = T::zero();
-        let mut all = [Frozen { affine: Affine::none(), slip_velocity: zero, transport: zero }; A];
-        for (frozen, axis) in all.iter_mut().zip(axes) {
-            *frozen = axis?;
-        }
-        Ok(all)
     }
 
     /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
@@ -427,24 +411,6 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     pub fn segments(&self) -> usize {
         self.queues[0].len()
     }
-
-    /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally
-    /// spaced places.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a deflection that is not finite, and no or more segments than half of the slots.
-    pub fn set_profile(&mut self, segments: usize, deflection: impl Fn(T) -> T) -> Checked<()> {
-        Named("segments", segments).count_between(1, self.queues[0].capacity() / 2)?;
-        let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
-        let finite = |number| Named("deflection", deflection(place(number))).finite();
-        ParameterError::of_components(0..=segments, finite)?;
-        self.queues[0].fill(segments, |number| {
-            let (from, to) = (place(number), place(number + 1));
-            Profile::straight(to - from, deflection(from), deflection(to))
-        });
-        Ok(())
-    }
 }
 
 /// A patch and the bristles of one axis.
@@ -460,7 +426,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         let leaned = |moments: [T; N]| {
             pressure.weigh_next(&moments).map(|(integral, next)| next - half * integral)
         };
-        let gathered = leaned(queue.moments()).unwrap_or_else(|| {
+        let gathered = leaned(queue.staying(T::zero())).unwrap_or_else(|| {
             let mut sum = T::zero();
             queue.over_bristles(pressure, |place, deflection, load| {
                 sum += (place - half) * (load * deflection);
@@ -471,7 +437,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
             .unwrap_or_else(|| pressure.lever(T::zero()) - half * pressure.total());
         let direct = affine.damping * slip_velocity * uniform;
         let length = self.length();
-        length * length * self.factor() * (affine.stiffness * gathered + direct)
+        length * length * self.factor * (affine.stiffness * gathered + direct)
     }
 
     #[inline]
@@ -482,7 +448,8 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         slip_velocity: T,
     ) -> T {
         // L ∫ p z dξ [N m]
-        let gathered = self.factor() * self.length() * self.pressure().weigh(&queue.moments());
+        let gathered =
+            self.factor * self.length() * self.pressure().weigh(&queue.staying(T::zero()));
         let load = self.contact().reference_load();
         affine.stiffness * gathered + load * (affine.damping * slip_velocity)
     }

@@ -124,7 +124,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
             decay,
             narrowest: lit::<T>(2.0) / lit(most as f64),
         };
-        queue.fill(1, |_| Profile::straight(T::one(), T::zero(), T::zero()));
+        queue.fill(Profile::straight(T::one(), T::zero(), T::zero()));
         queue
     }
 
@@ -174,20 +174,17 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
         self.front_count += 1;
     }
 
-    /// Replaces all bristles by the segments of a new profile, from the inlet to the outlet.
-    pub(super) fn fill(&mut self, count: usize, profile: impl Fn(usize) -> Profile<T>) {
+    /// Forgets everything but one segment.
+    pub(super) fn fill(&mut self, profile: Profile<T>) {
         self.clear();
         self.oldest = 0;
-        for number in 0..count {
-            let profile = profile(number);
-            self.put(count - 1 - number, profile, profile.moments(T::one(), self.decay));
-        }
+        self.put(0, profile, profile.moments(T::one(), self.decay));
     }
 
     /// Replaces all bristles by those of steady rolling.
     pub(super) fn replace(&mut self, relaxation: T, drive: T, transport: T) {
         let crossing = T::one() / transport;
-        self.fill(1, |_| Profile::inflow(T::one(), relaxation, drive, crossing));
+        self.fill(Profile::inflow(T::one(), relaxation, drive, crossing));
     }
 
     /// Rebuilds the queue if the back would reach the outlet over a distance.
@@ -367,14 +364,8 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
         found
     }
 
-    /// The moments ∫₀¹ ξᵏ e^(−aξ) z dξ of the whole profile.
-    #[inline]
-    pub(super) fn moments(&self) -> [T; N] {
-        self.staying(T::zero())
-    }
-
-    /// The moments of those bristles that are inside now and still will be after a distance. After
-    /// [`Queue::make_room`].
+    /// The moments ∫₀¹ ξᵏ e^(−aξ) z dξ of those bristles that are inside now and still will be
+    /// after a distance. After [`Queue::make_room`].
     #[inline]
     pub(super) fn staying(&self, distance: T) -> [T; N] {
         let mut total = self.back;
@@ -502,7 +493,7 @@ mod tests {
                 queue.advance(&Held::new(5.0, 5.0 * drive, transport, duration));
                 let way = transport * duration;
                 merged += usize::from(way > 0.0 && queue.len() <= before);
-                let (got, want) = (queue.moments(), shown(&queue, decay));
+                let (got, want) = (queue.staying(0.0), shown(&queue, decay));
                 let weight = if decay < 0.0 { (-decay).exp() } else { 1.0 };
                 for (k, (got, want)) in got.into_iter().zip(want).enumerate() {
                     // Some thousand roundings in a transit, of which most cancel.

@@ -259,9 +259,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
                 slip_velocity: motion.slip_velocity.value(time),
                 rolling_speed: motion.rolling_speed.value(time),
             };
-            self.patch.frozen(self.patch.contact(), motion)
+            self.patch.frozen(motion)
         };
-        let (first, second) = (at(middle - offset)?, at(middle + offset)?);
+        let ([first], [second]) = (at(middle - offset)?, at(middle + offset)?);
         let half: T = lit(0.5);
         let [relaxation1, relaxation2] = [first, second].map(|point| point.affine.relaxation);
         let [drive1, drive2] = [first, second].map(|point| point.drive());

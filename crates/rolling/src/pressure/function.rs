@@ -45,29 +45,21 @@ impl<T: Scalar, S: Signal<T>> FunctionPressure<T, S> {
     /// Refuses a function that is negative, not finite, or has no finite slope where it is looked
     /// at.
     pub fn new(function: S) -> Checked<Self> {
-        let mut pressure = Self { function, total: T::zero() };
-        let mut answer = Ok(T::zero());
-        let mut look = |place: T| {
+        let pressure = Self { function, total: T::zero() };
+        let look = |place: T| {
             let (value, slope) = pressure.at_and_slope(place);
-            let checked = Named("pressure", value)
-                .finite()
-                .and_then(|_| Named("the pressure's slope", slope).finite())
-                .and_then(|_| {
-                    let rule = Rule::NonNegativeAt { place: to_f64(place) };
-                    Named("pressure", value).check(value >= T::zero(), rule)
-                });
-            answer = answer.and(checked);
+            Named("pressure", value).finite()?;
+            Named("the pressure's slope", slope).finite()?;
+            let rule = Rule::NonNegativeAt { place: to_f64(place) };
+            Named("pressure", value).check(value >= T::zero(), rule)
         };
-        look(T::zero());
-        look(T::one());
-        let mut total = T::zero();
+        let (mut answer, mut total) = (look(T::zero()).and_then(|_| look(T::one())), T::zero());
         weigh(&pressure, None, T::zero().into(), |place, weighted| {
-            look(place);
+            answer = answer.and_then(|_| look(place));
             total += weighted;
         });
         answer?;
-        pressure.total = total;
-        Ok(pressure)
+        Ok(Self { total, ..pressure })
     }
 
     /// The function of the place.

@@ -159,18 +159,13 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     /// use bristle_rolling::{PolynomialExponential, Pressure};
     ///
     /// let parabola = PolynomialExponential::<f64, 3>::parabolic().padded::<4>();
-    /// assert_eq!(parabola.coefficients(), &[0.0, 6.0, -6.0, 0.0]);
+    /// assert_eq!(parabola.parameters().coefficients, [0.0, 6.0, -6.0, 0.0]);
     /// assert_eq!(parabola.total(), 1.0);
     /// ```
     pub fn padded<const K: usize>(self) -> PolynomialExponential<T, K> {
         const { assert!(N <= K && K <= MOST_COEFFICIENTS, "K lies between N and 12") };
         let coefficient = |k: usize| self.coefficients.get(k).copied().unwrap_or_else(T::zero);
         PolynomialExponential { coefficients: core::array::from_fn(coefficient), decay: self.decay }
-    }
-
-    /// The coefficients c₀ … c_{N−1} [N/m].
-    pub fn coefficients(&self) -> &[T; N] {
-        &self.coefficients
     }
 
     /// The parameters, as they were given.

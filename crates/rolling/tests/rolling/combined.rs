@@ -1,7 +1,7 @@
 //! Combined slip: laws over random bristles and motions, the patch of one axis as a special case,
 //! and the integral along the characteristics.
 
-use crate::tyre::{constant, coulomb, exponential, falling, parabolic};
+use crate::tyre::{by_rolling_speed, constant, coulomb, exponential, falling, levered, parabolic};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::KelvinVoigt;
 use bristle::{FrBd, Scalar};
@@ -398,20 +398,24 @@ fn slow_responses_are_the_slopes_of_the_steady_force_and_moment() {
             (8.0 * (at(1.0) - at(-1.0)) - at(2.0) + at(-2.0)) / 12e-4
         };
         let rows = tyre.combined_linearised(motion).unwrap();
+        let lever = levered(&tyre);
+        let levered = lever.combined_linearised(motion).unwrap();
         let scale = steady(&tyre, motion).norm();
         for (j, row) in rows.iter().enumerate() {
             let mut side = Vector2::zeros();
             side[j] = v.norm();
             let want = slope(&|part| Motion { slip_velocity: v + part * side, ..motion });
             let [x, y] = [0, 1].map(|i| row[i].by_slip_velocity(0.0));
-            let moment = row[1].moment_by_slip_velocity(0.0) / LENGTH;
+            let moment = levered[j][1].by_slip_velocity(0.0) - 0.5 * y;
             assert_eq!((x.im, y.im), (0.0, 0.0));
             let got = Vector3::new(x.re, y.re, moment.re) * v.norm();
             assert_within(1e-9, scale, (got - want).abs().max(), 0.0, || format!("v {j}"));
         }
         let want = slope(&|part| Motion { rolling_speed: rolling_speed * (1.0 + part), ..motion });
-        let [x, y] = [0, 1].map(|i| rows[i][i].by_rolling_speed(0.0).re);
-        let moment = rows[1][1].moment_by_rolling_speed(0.0).re / LENGTH;
+        let along = |i: usize| Motion { slip_velocity: v[i], rolling_speed };
+        let (axes, levers) = (tyre.axes(&v), lever.axes(&v));
+        let [x, y] = [0, 1].map(|i| by_rolling_speed(&axes[i], along(i), 0.0).re);
+        let moment = by_rolling_speed(&levers[1], along(1), 0.0).re - 0.5 * y;
         let got = Vector3::new(x, y, moment) * rolling_speed;
         assert_within(1e-9, scale, (got - want).abs().max(), 0.0, || "U".into());
     });
@@ -423,6 +427,7 @@ fn a_small_wave_of_one_axis_moves_forces_and_moments_as_the_linearisation_says()
     let tyre = patch(rubber.model(), falling().padded::<4>());
     let motion = Motion { slip_velocity: Vector2::new(0.7, 0.5), rolling_speed: 16.0 };
     let rows = tyre.combined_linearised(motion).unwrap();
+    let levered = levered(&tyre).combined_linearised(motion).unwrap();
     // Two and a half periods in a crossing.
     let frequency = 5.0 * std::f64::consts::PI * 16.0 / LENGTH;
     let (periods, steps) = (4, 1000);
@@ -456,7 +461,11 @@ fn a_small_wave_of_one_axis_moves_forces_and_moments_as_the_linearisation_says()
         };
         let (up, down) = (answer(1e-3), answer(-1e-3));
         let forces = row.iter().map(|axis| axis.by_slip_velocity(frequency));
-        let moments = row.iter().map(|axis| axis.moment_by_slip_velocity(frequency));
+        let moments = row.iter().zip(&levered[j]).map(|(axis, levered)| {
+            let [force, lever] =
+                [axis.by_slip_velocity(frequency), levered.by_slip_velocity(frequency)];
+            LENGTH * (lever - 0.5 * force)
+        });
         for (i, want) in forces.chain(moments).enumerate() {
             let [re, im] = [0, 1].map(|part| (up[i][part] - down[i][part]) / 2e-3);
             // Of second order in the wave, 1e-6, and in 2π/1000 rad, 3e-6.

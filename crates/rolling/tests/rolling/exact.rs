@@ -31,11 +31,13 @@ fn worst_of<M: Model, const N: usize>(
     pressure: PolynomialExponential<f64, N>,
     (steps, every, seed): (usize, usize, u64),
 ) -> f64 {
-    let initial = |xi: f64| SCALE * (1.0 - 3.0 * (xi - 0.5).abs());
     let patch = patch(model, pressure);
-    let mut rolling = patch.exact_in(1000).unwrap();
-    rolling.set_profile(2, initial).unwrap();
-    let mut history = History::new(&initial, &[0.5]);
+    // κ is 2.6 or less: the quadrature of the history is made for twice that and the pressure.
+    let (start, mut rolling) = (motion(0.6, 100.0), patch.exact_in(1000).unwrap());
+    rolling.settle(start).unwrap();
+    let steady = patch.steady(start).unwrap();
+    let initial = |xi: f64| steady.deflection(xi);
+    let mut history = History::new(&initial, &[]);
     let mut random = Draw(seed);
     let weight = |xi: f64| pressure.at(xi);
     let total = weigh_all(&pressure);
@@ -61,7 +63,7 @@ fn worst_of<M: Model, const N: usize>(
 
 /// Σ |cₖ| ∫ ξᵏ e^(−aξ) dξ: what rounding is relative to where a pressure has terms of both signs.
 fn weigh_all<const N: usize>(pressure: &PolynomialExponential<f64, N>) -> f64 {
-    let coefficients = pressure.coefficients().map(f64::abs);
+    let coefficients = pressure.parameters().coefficients.map(f64::abs);
     polynomial(coefficients, pressure.decay()).total()
 }
 
@@ -100,9 +102,11 @@ fn the_force_is_that_of_the_characteristics() {
 
 #[test]
 fn every_bristle_is_where_its_characteristic_takes_it() {
-    let initial = |xi: f64| SCALE * (1.0 - 2.0 * xi);
-    let mut rolling = patch(tyre(), parabolic()).exact_in(1000).unwrap();
-    rolling.set_profile(1, initial).unwrap();
+    let patch = patch(tyre(), parabolic());
+    let (start, mut rolling) = (motion(-0.6, 100.0), patch.exact_in(1000).unwrap());
+    rolling.settle(start).unwrap();
+    let steady = patch.steady(start).unwrap();
+    let initial = |xi: f64| steady.deflection(xi);
     let mut history = History::new(&initial, &[]);
     let mut random = Draw(5);
     for _ in 0..1000 {
@@ -121,18 +125,21 @@ fn every_bristle_is_where_its_characteristic_takes_it() {
 
 #[test]
 fn a_deflection_moves_out_exactly_and_nothing_is_left_of_it() {
-    // No relaxation at v = 0: the profile moves on as it is, F = L c₀ ∫ p z(ξ − Vt) dξ.
-    let initial = |xi: f64| SCALE * (1.0 - 2.0 * (xi - 0.5).abs());
+    // No relaxation at v = 0: the profile moves on as it is, F = L c₀ ∫ p z(ξ − Vt) dξ, here of
+    // z_ss (1 − e^(−κξ)).
     for slots in [22, 300] {
         let patch = patch(tyre(), constant());
         let mut rolling = patch.exact([vec![Default::default(); slots]]).unwrap();
-        rolling.set_profile(2, initial).unwrap();
-        let stiffness = LENGTH * tyre().affine((0.0).into(), 0.0).stiffness * SCALE;
+        let start = motion(0.6, 100.0);
+        rolling.settle(start).unwrap();
+        let steady = patch.steady(start).unwrap();
+        let stiffness = LENGTH * tyre().affine((0.0).into(), 0.0).stiffness;
+        let (stiffness, decay) = (stiffness * steady.stationary_deflection, steady.decay);
         let way = 1.0 / 160.0;
         for number in 1..=300 * 160 {
             let force = rolling.step(motion(0.0, 160.0), way / 160.0).unwrap();
             let left = (1.0 - f64::from(number) * way).max(0.0);
-            let inside = if left > 0.5 { 0.5 - (1.0 - left).powi(2) } else { left * left };
+            let inside = left + (-decay * left).exp_m1() / decay;
             // Half a rounding of the place a step.
             assert!((force - stiffness * inside).abs() < 1e-13 * stiffness, "{number}: {force:e}");
             assert!(number <= 160 || force == 0.0, "{number}: {force:e}");

@@ -255,7 +255,6 @@ fn a_patch_allocates_nothing_in_slots_of_its_caller() {
     let signals = Motion { slip_velocity: swing, rolling_speed: 2.0 };
     let counted = allocation_counter::measure(|| {
         let mut rolling = patch(tyre(), parabolic()).exact([&mut slots[..]]).unwrap();
-        rolling.set_profile(10, |xi| 1e-3 * xi).unwrap();
         let mut random = Draw(3);
         for number in 0..5000 {
             let way = random.logarithmic(1e-6, 2.0);

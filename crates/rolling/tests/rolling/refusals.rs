@@ -198,22 +198,6 @@ fn what_a_mechanism_has_found_must_be_a_velocity_or_it_would_stay_in_the_patch()
 }
 
 #[test]
-fn a_profile_that_is_none_or_that_does_not_fit_is_named_and_changes_nothing() {
-    let mut exact = patch(frbd(0.5), parabolic()).exact_in(50).unwrap();
-    exact.step(motion(0.3, 10.0), 3e-3).unwrap();
-    let before = format!("{exact:?}");
-    let hole = |xi: f64| if xi == 0.25 { NAN } else { 1e-3 };
-    let refused = exact.set_profile(4, hole).unwrap_err();
-    assert_eq!((refused.name, refused.component), ("deflection", Some(1)));
-    assert_eq!(exact.set_profile(4, |_| INFINITE).unwrap_err().component, Some(0));
-    for segments in [0, 55] {
-        assert_eq!(exact.set_profile(segments, |_| 0.0).unwrap_err().name, "segments");
-    }
-    assert!(format!("{exact:?}") == before);
-    assert!(exact.set_profile(54, |_| 0.0).is_ok());
-}
-
-#[test]
 fn memory_that_does_not_suffice_is_refused() {
     let line = patch(tyre(), parabolic());
     for count in [0, 1, 21] {

@@ -10,6 +10,7 @@ use bristle_rolling::{
     PolynomialExponentialParameters, Pressure,
 };
 use bristle_specimens::{lit, specimens};
+use nalgebra::Complex;
 
 /// Length of its contact patch [m].
 pub(crate) const LENGTH: f64 = bristle_rolling::TYRE_LENGTH;
@@ -143,4 +144,52 @@ pub(crate) fn function<const N: usize>(
     kinks: [f64; N],
 ) -> impl Pressure<f64> + Copy {
     FunctionPressure::new(Function::new(value, kinks)).unwrap()
+}
+
+/// A pressure that weighs each place with its distance from the inlet, ξ p.
+#[derive(Debug, Clone)]
+pub(crate) struct Levered<P>(P);
+
+impl<P: Pressure<f64>> Pressure<f64> for Levered<P> {
+    fn at_and_slope(&self, place: f64) -> (f64, f64) {
+        let (pressure, slope) = self.0.at_and_slope(place);
+        (place * pressure, pressure + place * slope)
+    }
+
+    fn next_knot(&self, place: f64) -> Option<f64> {
+        self.0.next_knot(place)
+    }
+
+    fn total(&self) -> f64 {
+        self.0.lever(0.0)
+    }
+}
+
+/// The patch under ξ p.
+pub(crate) fn levered<M: Clone, P: Pressure<f64>>(
+    patch: &Patch<f64, M, P>,
+) -> Patch<f64, M, Levered<P>> {
+    let (model, length) = (patch.model().clone(), patch.length());
+    let pressure = Levered(patch.pressure().clone());
+    let load = patch.normal_force() * pressure.total() / patch.pressure().total();
+    Patch::new(PatchParameters { model, length, pressure }).unwrap().under_load(load).unwrap()
+}
+
+/// F̃/Ũ = −c₀ z_ss (κ/V) Q(κ, s) of a patch about a motion.
+pub(crate) fn by_rolling_speed<M: Model, P: Pressure<f64>>(
+    patch: &Patch<f64, M, P>,
+    motion: Motion<f64>,
+    angular_frequency: f64,
+) -> Complex<f64> {
+    let (contact, pressure) = (patch.contact(), patch.pressure());
+    let (v, transport) = (motion.slip_velocity, motion.rolling_speed / patch.length());
+    let affine = contact.affine(v, 0.0);
+    let decay = affine.relaxation / transport;
+    let shifted = if angular_frequency == 0.0 {
+        pressure.lever(decay).into()
+    } else {
+        pressure.transform_slope(decay, Complex::new(decay, angular_frequency / transport))
+    };
+    let factor = patch.normal_force() / (patch.length() * pressure.total());
+    -shifted * factor * affine.stiffness * contact.stationary(v) * decay / transport
 }
