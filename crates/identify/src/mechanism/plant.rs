@@ -68,8 +68,8 @@ impl<'a, T: Scalar> Plant<'a, T> {
 
     /// Torque of the motor, with its derivatives by position and velocity, between a row and the
     /// next, at a share of the time between them, and the torque of it that loads the gear: that of
-    /// a measured drive is smoothed. Its noise would load and unload the gear in every step, and let
-    /// a bristle at its limit slip.
+    /// a measured drive is smoothed. Its noise would load and unload the gear in every step, and
+    /// let a bristle at its limit slip.
     #[inline]
     fn motor(&self, row: usize, [share, half]: [f64; 2], x: T, v: T) -> ([T; 3], T) {
         let (log, zero) = (self.log, T::zero());
