@@ -616,6 +616,7 @@ fn one_load_does_not_tell_the_factors_of_the_load() {
     for name in ["motor_load_factor", "external_load_factor"] {
         let estimate = found.fit.estimate(name).unwrap();
         assert_eq!(estimate.verdict, Identifiability::Undetermined, "{found}");
+        assert_eq!(estimate.standard_error, f64::INFINITY, "{found}");
     }
     // A term that hardly varies, whatever the one load is.
     let log = run(0.0, 5, true).voltage().unwrap();

@@ -173,6 +173,8 @@ fn deflections_and_relaxation_rates_keep_their_limits() {
     let [obeyed, broken] = [true, false]
         .map(|obeys| Law::ALL.into_iter().filter(move |&law| model.obeys(law) == obeys).count());
     assert_eq!((obeyed, broken), (6, 2));
+    // Without damping an element relaxes the faster, the larger the velocity.
+    assert!(!slip::<_, 6>(stribeck(), 0.0, 0.9).obeys(Law::BoundedRelaxation));
 }
 
 #[test]
