@@ -52,6 +52,14 @@ const PARTS: u8 = 8;
 /// own.
 const FAR: f64 = 1e-2;
 
+/// A step leaves at least this part of an error that dies out by itself, hJᵢᵢ < ln LEFT: where J
+/// changes over the step, no method damps as e^(hJ) does, and the estimate of its error may be
+/// small by accident.
+const LEFT: f64 = 0.1;
+
+/// ln LEFT.
+const DIES: f64 = -2.3;
+
 /// The estimated error of a run so far.
 #[derive(Debug, Clone)]
 pub(super) struct Growth<T, V> {
@@ -120,10 +128,8 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
         let [error, carried, allowed] = slices(states, [&trial.error, &carried, allowed]);
         let known = &mut self.error.entries_mut()[..states];
         let largest = &mut self.allowed.entries_mut()[..states];
-        let at_limit = |i: usize| {
-            let by_itself = |growth: &V::Matrix| growth.entries()[i * states + i].abs() > near;
-            !stability.is_empty() && growth.is_some_and(by_itself)
-        };
+        let by_itself =
+            |i: usize| growth.map_or(T::zero(), |growth| growth.entries()[i * states + i]);
         let (mut along, mut own) = (T::zero(), T::zero());
         for i in 0..states {
             let part = error[i] / allowed[i];
@@ -136,8 +142,13 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
         let sign = if along < T::zero() { -T::one() } else { T::one() };
         for i in 0..states {
             let part = error[i] / allowed[i];
-            // The orders of two estimates say nothing of what decays near the limit of stability.
-            let size = if at_limit(i) { size.larger(T::one()) } else { size };
+            let left = (known[i] * lit(LEFT)).abs();
+            let dies = by_itself(i) < lit(DIES) && carried[i].abs() < left;
+            let carried = if dies { left.copysign(carried[i]) } else { carried[i] };
+            // The orders of two estimates say nothing of what decays near the limit of stability,
+            // nor does an estimate as a whole of what dies out.
+            let at_limit = !stability.is_empty() && by_itself(i).abs() > near;
+            let size = if at_limit || dies { size.larger(T::one()) } else { size };
             // Those of the other states say nothing of one that has died out.
             let size = match &trial.coarse_error {
                 Some(coarse) if part * part < own * lit(FAR * FAR) => {
@@ -146,7 +157,7 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
                 }
                 _ => size,
             };
-            known[i] = carried[i] + error[i] * size * sign;
+            known[i] = carried + error[i] * size * sign;
             largest[i] = largest[i].larger(allowed[i]);
             let part = to_f64((known[i] / largest[i]).abs());
             if !(part <= self.greatest) {

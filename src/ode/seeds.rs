@@ -34,6 +34,9 @@ const fn longer(states: usize) -> f64 {
     if states < MANY { 2.0 } else { 8.0 }
 }
 
+/// A step over which tr hJ, the sum of what grows and what dies out, is this large is looked at.
+const SPREADS: f64 = 0.5;
+
 /// What grows by less than e to this power over the rest of the run remains below the tolerance if
 /// it is far below now.
 const MATTERS: f64 = 4.0;
@@ -70,9 +73,10 @@ impl<T: Scalar> Seeds<T> {
         self.longest.map(|longest| longest * lit(ROOM))
     }
 
-    /// Looks at a step of a length with hJ, every so many steps, and where it is
-    /// longer than the one looked at last. Answers with a shorter one if it does not follow what
-    /// grows, for a method of an order with a tolerance of a step, relative to the scales.
+    /// Looks at a step of a length with hJ, every so many steps, where it is longer than the one
+    /// looked at last, and where a volume of states grows. Answers with a shorter one if it does
+    /// not follow what grows, for a method of an order with a tolerance of a step, relative to the
+    /// scales.
     #[inline]
     pub(super) fn shorter<V: States<T>>(
         &mut self,
@@ -83,7 +87,8 @@ impl<T: Scalar> Seeds<T> {
     ) -> Option<T> {
         self.since += 1;
         let states = scales.count();
-        if self.since < look(states) && length <= self.seen * lit(longer(states)) {
+        let is_known = self.since < look(states) && length <= self.seen * lit(longer(states));
+        if is_known && trace(states, growth.entries()) < lit(SPREADS) {
             return None;
         }
         let matters = MATTERS * to_f64(length / remaining);

@@ -523,7 +523,7 @@ fn an_answer_of_any_method_is_near_on_the_scenes_of_the_paper() {
 
 #[test]
 fn what_drawn_scenes_have_shown_is_seen() {
-    let scenes: [(Kind, u64, usize, f64); 5] = [
+    let scenes: [(Kind, u64, usize, f64); 6] = [
         // Dormand–Prince was 2 101, 1 518 and 1 519 tolerances off: a torque goes from one limit to
         // the other within a step.
         (joints::<3, 1>, 1, 61, 1e-5),
@@ -533,6 +533,8 @@ fn what_drawn_scenes_have_shown_is_seen() {
         (floors, 1, 50, 1e-4),
         // The default was 1 885 off: a tip that begins to slip.
         (implicit_bristles, 1, 18, 1e-10),
+        // Rodas4 was 3 857 off: a step with hλ = 3, beside whose estimate the error was large.
+        (seeds, 7, 99, 1e-5),
     ];
     for (kind, seed, number, tolerance) in scenes {
         let (mut draw, mut tally) = (Draw(seed), Tally::default());
@@ -541,8 +543,9 @@ fn what_drawn_scenes_have_shown_is_seen() {
             kind(&mut draw, &[tolerance][..judged], &mut tally);
         }
         tally.errors.sort_by(f64::total_cmp);
-        let is_known = tally.errors.len() == METHODS.len();
-        assert!(is_known && tally.at(1.0) < 100.0, "{seed} {number}: {:?}", tally.errors);
+        let is_known = tally.refused == 0 && tally.errors.len() % METHODS.len() == 0;
+        let most = tally.errors.last().copied().unwrap_or(f64::NAN);
+        assert!(is_known && most < 100.0, "{seed} {number}: {:?}", tally.errors);
     }
 }
 
