@@ -28,7 +28,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
     /// Answers with a shorter step where this one does not follow what grows, passes over a kink or
     /// over what happens while nothing moves, or has a curve between its ends that is farther off
-    /// than a solution may be; a step that ends at a reversal is taken as it is.
+    /// than a solution may be. The curve of one that is cut at a reversal is known from its trial.
     #[inline]
     pub(super) fn estimate(
         &mut self,
@@ -58,23 +58,20 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         let half = step * lit(0.5);
         let growth = jacobians.map(|[at, end]| of_both(at, end, |at, end| (at + end) * half));
         let tolerance = self.settings.tolerances.as_ref().map_or(0.0, Tolerances::largest);
-        if !is_cut {
-            let change = |end: &V, start| end.with(start, |end, start| end - start);
-            let changes =
-                [change(&end.state, &self.point.state), change(&end.rate, &self.point.rate)];
-            let times = |x: &V| match jacobians {
-                Some([start, _]) => product(states, start.entries(), x),
-                None => field.along(&self.point, x, T::one()),
-            };
-            let ends = jacobians.filter(|_| states < MANY);
-            let remaining = (self.progress.end_time - self.point.time).abs();
-            let (lengths, follows) = ((step.abs(), remaining), (trial.order, tolerance));
-            let shorter = self.kinks.shorter(ends, (step, changes), times, &end.scale);
-            let shorter = shorter
-                .or_else(|| self.seeds.shorter(growth.as_ref()?, lengths, &end.scale, follows));
-            if shorter.is_some() {
-                return shorter;
-            }
+        let change = |end: &V, start| end.with(start, |end, start| end - start);
+        let changes = [change(&end.state, &self.point.state), change(&end.rate, &self.point.rate)];
+        let times = |x: &V| match jacobians {
+            Some([start, _]) => product(states, start.entries(), x),
+            None => field.along(&self.point, x, T::one()),
+        };
+        let ends = jacobians.filter(|_| states < MANY);
+        let remaining = (self.progress.end_time - self.point.time).abs();
+        let (lengths, follows) = ((step.abs(), remaining), (trial.order, tolerance));
+        let shorter = self.kinks.shorter(ends, (step, changes), times, &end.scale);
+        let shorter =
+            shorter.or_else(|| self.seeds.shorter(growth.as_ref()?, lengths, &end.scale, follows));
+        if shorter.is_some() {
+            return shorter;
         }
         let part = self.settings.method.tolerance_range().part_of_estimate(tolerance, trial.order);
         let mut times = |x: &V, to: &mut V| match &growth {

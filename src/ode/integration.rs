@@ -302,7 +302,11 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
                     let Some(part) = self.try_step((cut, cut_time), interval)? else { continue };
                     let full = needs_dense_output(self.point.time, cut_time);
                     self.describe(&part.0, full, interval);
-                    self.estimate(&part.0, (&part.1, part.2), (interval, true));
+                    let estimated = self.estimate(&part.0, (&part.1, part.2), (interval, true));
+                    if let Some(shorter) = estimated {
+                        self.progress.shorten(shorter)?;
+                        continue;
+                    }
                     let before = self.locks.entries().get(contact).copied();
                     self.progress.statistics.rejected += 1;
                     self.accept(&part.0, step.abs(), false, square, tried.order);

@@ -38,14 +38,19 @@ fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
     solver.solve(system, 0.0..end, start, Output::Uniform(SAMPLES))
 }
 
-/// The largest distance of two solutions in any state, in scales.
+/// The largest distance of two solutions in any state, over its scale or, if that is larger, the
+/// largest value it has had so far: a relative tolerance is one of a part of the value.
 pub(crate) fn distance<const N: usize>(
     a: &Trajectory<f64, N>,
     b: &Trajectory<f64, N>,
     scales: &SVector<f64, N>,
 ) -> f64 {
+    let mut sizes = *scales;
     let pairs = a.states().iter().zip(b.states());
-    pairs.fold(0.0, |most, (a, b)| f64::max(most, (a - b).component_div(scales).amax()))
+    pairs.fold(0.0, |most, (a, b)| {
+        sizes = sizes.sup(&b.abs());
+        f64::max(most, (a - b).component_div(&sizes).amax())
+    })
 }
 
 /// Errors over the tolerance, the largest of any state at any sample, and refused runs.
@@ -523,7 +528,7 @@ fn an_answer_of_any_method_is_near_on_the_scenes_of_the_paper() {
 
 #[test]
 fn what_drawn_scenes_have_shown_is_seen() {
-    let scenes: [(Kind, u64, usize, f64); 6] = [
+    let scenes: [(Kind, u64, usize, f64); 7] = [
         // Dormand–Prince was 2 101, 1 518 and 1 519 tolerances off: a torque goes from one limit to
         // the other within a step.
         (joints::<3, 1>, 1, 61, 1e-5),
@@ -535,6 +540,8 @@ fn what_drawn_scenes_have_shown_is_seen() {
         (implicit_bristles, 1, 18, 1e-10),
         // Rodas4 was 3 857 off: a step with hλ = 3, beside whose estimate the error was large.
         (seeds, 7, 99, 1e-5),
+        // Order 8 was 63 854 off: a step cut at a reversal passed over the peak of the curve there.
+        (rigs, 2, 32, 1e-7),
     ];
     for (kind, seed, number, tolerance) in scenes {
         let (mut draw, mut tally) = (Draw(seed), Tally::default());
