@@ -195,6 +195,13 @@ fn what_a_period_costs_is_limited() {
     let shooting = Shooting { most_steps: 10_000, ..Shooting::default() };
     let orbit = shooting.forced(&quick, (0.0, 1e6), Vector1::new(1.0));
     assert_eq!(orbit, Err(PeriodicError::TooManySteps));
+    // One correction of a linear motion, and a second iteration that finds none.
+    let orbit = |most_iterations| {
+        let shooting = Shooting { most_iterations, ..shooting };
+        shooting.forced(&quick, (0.0, 1e-3), Vector1::new(0.1))
+    };
+    let refused = matches!(orbit(1), Err(PeriodicError::NotConverged { iterations: 1, .. }));
+    assert!(refused && orbit(2).is_ok());
     // Companion steps of 10⁻¹⁴ s, of a mass of 10⁻²⁰ kg.
     let mut light = stiff_loop();
     (light.mechanism.mass, light.controller.sample_time) = (1e-20, 1.0);
