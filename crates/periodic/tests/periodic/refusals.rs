@@ -137,6 +137,19 @@ fn a_mass_that_creeps_towards_breakaway_has_an_answer() {
 }
 
 #[test]
+fn a_loop_that_sticks_for_several_swings_hunts() {
+    let mut slow = stiff_loop();
+    slow.controller.integral = 5e4;
+    // It sticks for some 0.9 s, four periods of the mass on the controller's stiffness.
+    let period = |duration| match slow.outcome(5e-3, duration).unwrap() {
+        Outcome::Hunts(cycle) => cycle.period,
+        _ => f64::NAN,
+    };
+    // A short simulation knows it to 1 %.
+    assert!((period(1.0) / period(30.0) - 1.0).abs() < 0.01, "{}", period(1.0));
+}
+
+#[test]
 fn a_report_says_why_it_has_no_cycle() {
     let report = hunting(&stiff_loop(), &[1e-3], 1e-12).unwrap();
     assert!(report.hunts() && report.cycle == Some(Err(PeriodicError::DoesNotRepeat)), "{report}");
