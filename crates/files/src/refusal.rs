@@ -183,7 +183,7 @@ fn parameter<'e, 't: 'e, 'i: 't>(
     };
     let rank = |entry: &Entry| {
         let (is_list, has_parts, given) = match entry.value.get_ref() {
-            DeValue::Array(list) => (true, true, given(entry.value) || list.iter().any(given)),
+            DeValue::Array(list) => (true, true, list.iter().any(given)),
             other => (false, other.is_table(), given(entry.value)),
         };
         let (named, here) = (entry.key() == name, index.is_some() && entry.index() == index);

@@ -235,7 +235,7 @@ impl<R: Objective> Search<'_, R> {
                 ControlFlow::Continue(Some(accepted)) => accepted,
             };
             if accepted {
-                let change = (before - self.cost) / before.max(f64::MIN_POSITIVE);
+                let change = (before - self.cost) / before;
                 small_steps = if change < self.settings.tolerance { small_steps + 1 } else { 0 };
             }
             if self.ask(progress).is_break() {

@@ -1028,6 +1028,21 @@ fn a_parameter_without_effect_stays_and_the_others_are_found() {
     assert_eq!(found.estimates[1].verdict, Identifiability::Undetermined, "{found}");
 }
 
+/// Steps that halve x, and a rest.
+struct Halving;
+
+residuals!(Halving, 1: |_this, &[x], each| [x * x, T::one()].into_iter().for_each(each));
+
+#[test]
+fn a_search_ends_after_two_changes_below_the_tolerance() {
+    // Before step k x = 2⁻ᵏ, and the step takes 15/16 x⁴ from 1 + x⁴: enough up to k = 3 and 7.
+    for (tolerance, steps) in [(1e-4, 5), (1e-9, 9)] {
+        let settings = SearchSettings { tolerance, ..SearchSettings::default() };
+        let found = least_squares(&Halving, [within_ten("x")], &settings, &mut go_on).unwrap();
+        assert_eq!((found.outcome, found.iterations), (SearchOutcome::Converged, steps));
+    }
+}
+
 /// Sensitivities whose squares overflow, at no residual.
 struct Steep;
 

@@ -241,9 +241,9 @@ fn steady_motion_obeys_the_balances() {
             }
         }
     }
-    // μ k_m ≥ 1 jams, μ k_e ≥ 1 holds.
+    // At 40 rad/s μ = 0.1: μ k_m = 1 jams, μ k_e = 1 holds.
     let jams = gear_of(TorqueLoadParameters { motor_share: 10.0, ..LOAD });
-    assert_eq!(jams.driving_torque(1.0, 1.0), None);
+    assert_eq!(jams.driving_torque(40.0, 1.0), None);
     let holds = gear_of(TorqueLoadParameters { external_share: 10.0, ..LOAD });
     assert_eq!(holds.braking_torque(1.0, 1e9), None);
 }

@@ -466,13 +466,20 @@ where
         let system = (self.system)(self.inside(parameter)?)?;
         let running = self.cyclic.of(&system);
         let middle = running.end((0.0, state), period)?;
-        let rate = |state: &SVector<f64, N>| running.scaled_rate(0.0, state);
-        let is_odd = |state: SVector<f64, N>| {
-            (rate(&state) + rate(&-state)).norm() <= 1e-9 * rate(&state).norm()
+        let states = [state, 0.5 * state, running.end((0.0, state), 0.5 * period)?];
+        // The parameter must leave the system odd, wherever in its range there is one.
+        let is_odd = |parameter: f64| {
+            (self.system)(parameter).map_or(true, |system| {
+                let running = self.cyclic.of(&system);
+                let rate = |state: &SVector<f64, N>| running.scaled_rate(0.0, state);
+                let is_odd = |it| (rate(it) + rate(&-it)).norm() <= 1e-9 * rate(it).norm();
+                states.iter().all(is_odd)
+            })
         };
         let apart = (middle + state).component_div(&self.cyclic.scales).norm();
+        let places = [self.inside(parameter)?, self.range.start, self.range.end];
         // Of points that are found to 3e-8.
-        let half = self.period.is_none() && apart < 1e-5 && is_odd(state) && is_odd(0.5 * state);
+        let half = self.period.is_none() && apart < 1e-5 && places.into_iter().all(is_odd);
         let segments = running.cut(Guess { state, period })?;
         Ok(half.then_some(Unknowns { segments, parameter }))
     }

@@ -120,6 +120,23 @@ fn the_fit_is_the_least_of_all_choices() {
 }
 
 #[test]
+fn of_yield_lengths_that_no_point_tells_apart_one_has_the_stiffness() {
+    let mut draw = Draw::seeded(2);
+    for _ in 0..100 {
+        let deflections = (0..20).map(|_| 7e-6 * (0.01 + draw.next()));
+        let measured: Vec<_> = deflections
+            .map(|x| VirginPoint { deflection: x, coefficient: 1e4 * (x.min(2e-6) + 0.7 * x) })
+            .collect();
+        // The last four are beyond all points.
+        let fitted = virgin::fit(&measured, [1e-6, 2e-6, 8e-6, 9e-6, 1e-5, 2e-5]).unwrap();
+        let beyond = fitted[2..].iter().map(|it| it.stiffness).filter(|&it| it != 0.0);
+        let beyond: Vec<_> = beyond.collect();
+        // Normal equations: half of the digits.
+        assert!(beyond.len() == 1 && (beyond[0] - 7e3).abs() < 1e-2, "{beyond:?}");
+    }
+}
+
+#[test]
 fn unusable_points_are_refused_by_name() {
     let sound = points([(1e-6, 0.1), (2e-6, 0.15), (3e-6, 0.18)]);
     for (i, (deflection, coefficient), name) in [

@@ -137,6 +137,19 @@ fn a_mass_that_creeps_towards_breakaway_has_an_answer() {
 }
 
 #[test]
+fn a_loop_that_sticks_for_several_swings_hunts() {
+    let mut slow = stiff_loop();
+    slow.controller.integral = 5e4;
+    // It sticks for some 0.9 s, four periods of the mass on the controller's stiffness.
+    let period = |duration| match slow.outcome(5e-3, duration).unwrap() {
+        Outcome::Hunts(cycle) => cycle.period,
+        _ => f64::NAN,
+    };
+    // A short simulation knows it to 1 %.
+    assert!((period(1.0) / period(30.0) - 1.0).abs() < 0.01, "{}", period(1.0));
+}
+
+#[test]
 fn a_report_says_why_it_has_no_cycle() {
     let report = hunting(&stiff_loop(), &[1e-3], 1e-12).unwrap();
     assert!(report.hunts() && report.cycle == Some(Err(PeriodicError::DoesNotRepeat)), "{report}");
@@ -195,6 +208,13 @@ fn what_a_period_costs_is_limited() {
     let shooting = Shooting { most_steps: 10_000, ..Shooting::default() };
     let orbit = shooting.forced(&quick, (0.0, 1e6), Vector1::new(1.0));
     assert_eq!(orbit, Err(PeriodicError::TooManySteps));
+    // One correction of a linear motion, and a second iteration that finds none.
+    let orbit = |most_iterations| {
+        let shooting = Shooting { most_iterations, ..shooting };
+        shooting.forced(&quick, (0.0, 1e-3), Vector1::new(0.1))
+    };
+    let refused = matches!(orbit(1), Err(PeriodicError::NotConverged { iterations: 1, .. }));
+    assert!(refused && orbit(2).is_ok());
     // Companion steps of 10⁻¹⁴ s, of a mass of 10⁻²⁰ kg.
     let mut light = stiff_loop();
     (light.mechanism.mass, light.controller.sample_time) = (1e-20, 1.0);

@@ -97,6 +97,25 @@ fn a_border_is_named_whatever_it_is() {
 }
 
 #[test]
+fn a_motion_that_is_odd_at_the_start_only_is_followed_over_its_whole_period() {
+    // The unit circle at φ̇ = 1 − p cos φ, in 2π/√(1 − p²): odd at p = 0.
+    let system = |p: f64| {
+        Ok(Field(move |state: &Vector2<f64>| {
+            let (x, y) = (state[0], state[1]);
+            let (inside, turn, speed) = (1.0 - x * x - y * y, 2.0 * x * y, 1.0 - p * x);
+            let above = [inside - 2.0 * x * x + p * y, -turn - speed];
+            let below = [speed - p * x - turn, inside - 2.0 * y * y];
+            let by_state = Matrix2::new(above[0], above[1], below[0], below[1]);
+            (Vector2::new(inside * x - speed * y, inside * y + speed * x), by_state)
+        }))
+    };
+    let guess = Guess { state: Vector2::new(0.0, 1.0), period: std::f64::consts::TAU };
+    let branch = Continuation::over(0.0..0.8).free(system, 0.0, guess).unwrap();
+    let [.., last] = branch.points[..] else { unreachable!() };
+    assert!(last.parameter == 0.8 && (last.orbit.period * 0.6 / guess.period - 1.0).abs() < 1e-6);
+}
+
+#[test]
 fn a_torus_branches_off_where_a_complex_pair_passes_the_unit_circle() {
     // The unit circle, with u̇ = A (u − c) beside it: multipliers e^(2π λ). A focus, p ± 0.3 i, of
     // an odd system and of one that is not; a saddle whose real multipliers e^(2π p), e^(2π) have

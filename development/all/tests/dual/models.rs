@@ -237,3 +237,19 @@ fn the_derivatives_of_an_implicit_bristle_by_dual_numbers_are_of_first_order() {
     let got = implicit(curve, bristle).rate(Dual2_64::from(5.5e-3), Dual2_64::new(z, 1.0, 0.0));
     assert_within(1e-12, by_hand.abs(), got.v1, by_hand, || "∂ż/∂z".into());
 }
+
+#[test]
+fn a_longer_step_of_an_implicit_bristle_goes_on_at_the_rate_of_its_end() {
+    let (model, dual) = (table_2::<f64>(), table_2::<Dual64>());
+    let (model, dual) = (implicit(model.0, model.1), implicit(dual.0, dual.1));
+    // It sticks, begins to slide, slides on, slides back.
+    for (velocity, z) in [(1e-3, 0.0), (0.02, 0.0), (5.0, 0.0), (-0.3, 1e-4)] {
+        for h in [1e-4, 1e-2, 0.1].map(variable) {
+            let held = dual.hold(Dual64::from(velocity), z.into(), h);
+            let (impulse, force) = (held.mean_coefficient * h, held.end_coefficient.re);
+            let rate = model.rate(velocity, held.deflection.re);
+            assert_within(1e-12, velocity.abs(), held.deflection.eps, rate, || "∂z/∂h".into());
+            assert_within(1e-12, force.abs(), impulse.eps, force, || "∂(h F)/∂h".into());
+        }
+    }
+}
