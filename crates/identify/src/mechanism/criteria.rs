@@ -191,7 +191,7 @@ mod tests {
         let position: Vec<f64> = time.iter().map(|t| 0.6 * (7.0 * t).sin()).collect();
         let goal: Vec<f64> = time.iter().map(|t| 0.9 * (7.0 * t + 0.4).sin()).collect();
         let supply = vec![7.0; 200];
-        let drive = Drive::Duty { goal: &goal, gain: 1.1, supply: &supply };
+        let drive = Drive::Duty { goal: &goal, gain: 1.1, derivative_gain: 0.02, supply: &supply };
         let load = KnownLoad { inertia: 0.005, gravity_torque: 0.1 };
         let columns =
             DriveLogParameters { load, ..DriveLogParameters::new(&time, &position, drive) };

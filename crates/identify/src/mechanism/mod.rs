@@ -153,8 +153,7 @@
 //!
 //! A simulation starts with the smoothed position and velocity of its first row; they are not
 //! searched. Begin and end logs at rest, or leave out rows by [`DriveLog::between`]. Voltage and
-//! current are taken without limits of their own; inductance and the velocity feedback of a
-//! controller are left out.
+//! current are taken without limits of their own; inductance is left out.
 
 mod compare;
 mod criteria;

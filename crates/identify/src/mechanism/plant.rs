@@ -77,23 +77,24 @@ impl<'a, T: Scalar> Plant<'a, T> {
             return ([zero; 3], zero);
         }
         let drive = self.drive(row, share, half);
-        let Source::Duty { gain, supply } = &log.source else {
-            let torque = self.driven(drive, zero, v);
+        let Source::Duty { gain, derivative_gain, supply } = &log.source else {
+            let torque = self.driven([drive, zero, zero], v);
             let measured = log.rows.get(row).zip(log.rows.get(row + 1)).filter(|_| log.noisy);
             let loading = measured.map_or(torque[0], |(here, next)| {
                 let [here, next] = [here, next].map(|row| self.effort(row));
-                self.driven(here + lit::<T>(share) * (next - here), zero, v)[0]
+                self.driven([here + lit::<T>(share) * (next - here), zero, zero], v)[0]
             });
             return (torque, loading);
         };
         let volts = between(supply, row, if log.held { 0.0 } else { share });
-        let (supply, gain) = (lit::<T>(volts), lit::<T>(*gain));
-        let duty = gain * (drive - x);
+        let [supply, gain, derivative_gain] = [volts, *gain, *derivative_gain].map(lit::<T>);
+        let duty = gain * (drive - x) - derivative_gain * v;
         let torque = if duty.abs() < T::one() {
             let (share, slope) = self.effective(duty);
-            self.driven(supply * share, -supply * gain * slope, v)
+            let slopes = [gain, derivative_gain].map(|gain| -supply * gain * slope);
+            self.driven([supply * share, slopes[0], slopes[1]], v)
         } else {
-            self.driven(supply * duty.signum(), zero, v)
+            self.driven([supply * duty.signum(), zero, zero], v)
         };
         (torque, torque[0])
     }
@@ -142,17 +143,17 @@ impl<'a, T: Scalar> Plant<'a, T> {
         (duty * factor, factor * (T::one() + less * square / size))
     }
 
-    /// Torque of the motor by its own torque, a current, or a voltage that may depend on the
-    /// position; with its derivatives.
+    /// Torque of the motor by its own torque, a current, or a voltage that may depend on position
+    /// and velocity; with its derivatives.
     #[inline]
-    fn driven(&self, effort: T, by_position: T, v: T) -> [T; 3] {
+    fn driven(&self, [effort, by_position, by_velocity]: [T; 3], v: T) -> [T; 3] {
         let zero = T::zero();
         match self.log.source {
             Source::Torque => [effort, zero, zero],
             Source::Current => [self.constant * effort, zero, zero],
             Source::Voltage | Source::Duty { .. } => {
                 let emf = self.constant;
-                [self.gain * (effort - emf * v), self.gain * by_position, -self.gain * emf]
+                [effort - emf * v, by_position, by_velocity - emf].map(|volts| self.gain * volts)
             }
         }
     }
@@ -172,7 +173,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let supply = lit::<T>(row.supply);
         let is_duty = row.supply > 0.0;
         let effort = if is_duty { supply * self.effective(effort / supply).0 } else { effort };
-        let motor = self.driven(effort, T::zero(), lit::<T>(row.enabled) * v)[0];
+        let motor = self.driven([effort, T::zero(), T::zero()], lit::<T>(row.enabled) * v)[0];
         GearTorques { motor, external: self.external(row.external, x, v)[0] }
     }
 
@@ -248,4 +249,37 @@ fn between(values: &[f64], row: usize, share: f64) -> f64 {
     let here = values.get(row).copied().unwrap_or(f64::NAN);
     let next = values.get(row + 1).copied().unwrap_or(here);
     here + share * (next - here)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::mechanism::start::guess;
+    use crate::mechanism::{Drive, DriveLogParameters, Friction, Joint};
+
+    #[test]
+    fn the_derivatives_of_a_motor_are_its_slopes() {
+        let time: Vec<f64> = (0..100).map(|i| 1e-2 * f64::from(i)).collect();
+        let position: Vec<f64> = time.iter().map(|t| (9.0 * t).sin()).collect();
+        let goal: Vec<f64> = time.iter().map(|t| 0.7 * (9.0 * t + 0.8).sin()).collect();
+        let (gain, derivative_gain, supply) = (3.0, 0.03, vec![7.0; 100]);
+        let drive = Drive::Duty { goal: &goal, gain, derivative_gain, supply: &supply };
+        let log = DriveLog::new(DriveLogParameters::new(&time, &position, drive)).unwrap();
+        let constants = [("torque_constant", 0.4), ("resistance", 3.0), ("duty_exponent", 0.8)];
+        let joint = constants.iter().fold(Joint::new(), |joint, said| joint.known(said.0, said.1));
+        let guess = guess(&joint, core::slice::from_ref(&log)).unwrap();
+        let model = joint.model(&Friction::coulomb(), &guess, 1).unwrap();
+        let values: Vec<f64> = model.parameters.iter().map(|p| p.start).collect();
+        let plant = Plant::new(&model, &log, 0, &values).unwrap();
+        let at = |x: f64, v: f64| plant.motor(7, [0.3, 0.1], x, v).0;
+        let (h, [_, by_x, by_v]) = (1e-5, at(0.6, 2.0));
+        for (slope, up, down) in
+            [(by_x, at(0.6 + h, 2.0), at(0.6 - h, 2.0)), (by_v, at(0.6, 2.0 + h), at(0.6, 2.0 - h))]
+        {
+            // h² of the power, and roundings over h.
+            let difference = (up[0] - down[0]) / (2.0 * h);
+            assert!(slope != 0.0 && (slope - difference).abs() < 1e-8, "{slope} {difference}");
+        }
+    }
 }
