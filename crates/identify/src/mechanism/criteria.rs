@@ -24,7 +24,7 @@ use crate::problem::Objective;
 use bristle::Scalar;
 use bristle::parameter::Checked;
 use bristle::scalar::lit;
-use bristle_joint::{JointState, LoadedDeflection};
+use bristle_joint::LoadedDeflection;
 
 /// The length of segments that stands for the inverse criterion.
 pub(super) const INVERSE: f64 = 0.0;
@@ -88,15 +88,11 @@ impl<'a> Errors<'a> {
             if inverse {
                 residuals.push(plant.imbalance(first, bristle.deflection));
             } else {
-                let [angle, velocity, acceleration] =
-                    [first.position, first.velocity, first.acceleration].map(lit);
-                let (LoadedDeflection { deflection, load }, time) = (bristle, T::zero());
-                let mut state =
-                    JointState { time, angle, velocity, deflection, load, acceleration };
+                let mut state = plant.begin(first, bristle);
                 let measured = log.position.iter().skip(segment.start + 1);
                 for (row, &position) in segment.clone().zip(measured) {
                     state = plant.advance(state, row)?;
-                    residuals.push(state.angle - lit(position));
+                    residuals.push(state.joint.angle - lit(position));
                 }
             }
             if self.length == WHOLE {
@@ -206,6 +202,7 @@ mod tests {
             .start("torque_constant", 0.4)
             .start("resistance", 3.0)
             .start("duty_exponent", 0.8)
+            .start("inductance", 0.01)
             .start("fan", 1e-3)
             .start("spring_rate", 0.1)
             .start("drag", 0.01)

@@ -32,7 +32,7 @@ pub(super) struct Smoothed {
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
     /// Torque, current or voltage of the drive that acts at the row: the coefficients of its cubic
-    /// in time. Those of a controller but the first are zero: a part of them is its motion.
+    /// in time.
     pub(super) effort: [f64; 4],
     /// Share of the window in which it is enabled.
     pub(super) enabled: f64,
@@ -68,9 +68,9 @@ pub(super) fn smoothed(log: DriveLog) -> DriveLog {
     // The drive acts later than its rows say.
     let rows = at_each(&log, lag, |row, fitted| {
         let effort = fitted.at(&|i| log.effort(i, lag));
-        let (effort, supply) = match &log.source {
-            Source::Duty { supply, .. } => ([effort[0], 0.0, 0.0, 0.0], value(supply, row)),
-            _ => (effort, 0.0),
+        let supply = match &log.source {
+            Source::Duty { supply, .. } => value(supply, row),
+            _ => 0.0,
         };
         Smoothed { effort, supply, ..rows.next().copied().unwrap_or_default() }
     });
