@@ -276,6 +276,10 @@ enum Case {
     Overstated,
     /// 0.03 N m cos 7x + 0.02 N m sin 7x + 0.01 N m sin 14x.
     Ripple,
+    /// Logs that begin 1 s later, in motion.
+    InMotion,
+    /// Logs that begin where the joint turns for the first time after 1 s: the teeth are loaded.
+    Preloaded,
 }
 
 /// The joint, three logs of a case, and the parameters that should be found.
@@ -289,7 +293,7 @@ fn experiment(case: Case, seed: u64) -> (Joint, Vec<DriveLog>, Vec<(&'static str
     let overstated = 1.0 + 0.1 * Draw(seed + 1).next();
     let mut load = KnownLoad::default();
     match case {
-        Case::HeldAndNoisy => {}
+        Case::HeldAndNoisy | Case::InMotion | Case::Preloaded => {}
         Case::Delayed => {
             joint = joint.start("delay", 0.0);
             is("delay", 7.5e-3);
@@ -331,7 +335,15 @@ fn experiment(case: Case, seed: u64) -> (Joint, Vec<DriveLog>, Vec<(&'static str
     };
     let log = |i: u64| {
         let columns = under(&external, 10 * seed + i, noise, logged);
-        columns.with(|log| (log.held, log.load) = (held, load)).unwrap()
+        let log = columns.with(|log| (log.held, log.load) = (held, load)).unwrap();
+        let x = log.positions();
+        let turns = |&row: &usize| (x[row + 8] - x[row]) * (x[row] - x[row - 8]) <= 0.0;
+        let first = match case {
+            Case::InMotion => Some(200),
+            Case::Preloaded => (200..600).find(turns),
+            _ => Some(0),
+        };
+        log.between(log.times()[first.unwrap()], f64::MAX).unwrap()
     };
     (joint, (0..3).map(log).collect(), truth)
 }
@@ -365,7 +377,7 @@ fn assert_calibrated(case: Case) {
         let scatter = (squares / (count - 1.0)).sqrt();
         let size = median(all.iter().map(|(_, size)| *size).collect());
         println!(
-            "    {name:22} {:5.1} %  mean {:+.2} s.e.  {:.2}",
+            "    {name:22} {:5.1} %  mean {:+.2} s.e.  {:.2}  scatter {scatter:.2e}",
             100.0 * within as f64 / count,
             mean / size,
             size / scatter
@@ -411,6 +423,8 @@ seeds! {
     seeds_of_a_drag_by_direction DirectionalDrag
     seeds_of_overstated_loads Overstated
     seeds_of_a_ripple Ripple
+    seeds_of_a_start_in_motion InMotion
+    seeds_of_a_start_under_load Preloaded
 }
 
 /// Noise of a drive leaves errors of another size over another length. FrBD was named here, which

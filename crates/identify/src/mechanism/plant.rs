@@ -175,8 +175,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
     pub(super) fn measured(&self, row: &Smoothed) -> GearTorques<T> {
         let (x, v): (T, T) = (lit(row.position), lit(row.velocity));
         let effort = self.effort(row);
-        let supply = lit::<T>(row.supply);
-        let is_duty = row.supply > 0.0;
+        let (supply, is_duty) = (lit::<T>(row.supply), row.supply > 0.0);
         let (mut effort, slope) = if is_duty {
             let (share, slope) = self.effective(effort / supply);
             (supply * share, slope)
@@ -291,8 +290,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
     }
 }
 
-/// The motion of a joint, and the torques of its current: of the motor, and of that which loads the
-/// gear.
+/// The motion of a joint, and the torques of its current: on the joint, and as the gear's load.
 #[derive(Clone, Copy)]
 pub(super) struct Running<T> {
     pub(super) joint: JointState<T>,
@@ -365,8 +363,7 @@ mod tests {
                 let values = [&[inertia], &values[1..]].concat();
                 let plant = Plant::new(model, &log, 0, &values).unwrap();
                 let joint = JointState { velocity: 1.0, ..JointState::at_rest(0.0) };
-                let mut state = Running { joint, current: [0.0; 2] };
-                let mut before = f64::INFINITY;
+                let (mut state, mut before) = (Running { joint, current: [0.0; 2] }, f64::INFINITY);
                 for row in 0..99 {
                     let [motion, current] = [state.joint.velocity, state.current[0] / constant];
                     let energy = inertia * motion * motion + inductance * current * current;
