@@ -376,11 +376,16 @@ fn assert_calibrated(case: Case) {
         let squares: f64 = all.iter().map(|(error, _)| (error - mean).powi(2)).sum();
         let scatter = (squares / (count - 1.0)).sqrt();
         let size = median(all.iter().map(|(_, size)| *size).collect());
+        let own = all.iter().map(|(error, size)| error / size);
+        let own_squares: f64 = own.clone().map(|z| z * z).sum();
         println!(
-            "    {name:22} {:5.1} %  mean {:+.2} s.e.  {:.2}  scatter {scatter:.2e}",
+            "    {name:22} {:5.1} %  mean {:+.2} s.e.  {:.2}  scatter {scatter:.2e}  over their own \
+             s.e. mean {:+.2} rms {:.2}",
             100.0 * within as f64 / count,
             mean / size,
-            size / scatter
+            size / scatter,
+            own.sum::<f64>() / count,
+            (own_squares / count).sqrt()
         );
         (within as f64 / count, *name, size / scatter)
     });
