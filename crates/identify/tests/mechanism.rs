@@ -379,8 +379,8 @@ fn assert_calibrated(case: Case) {
         let own = all.iter().map(|(error, size)| error / size);
         let own_squares: f64 = own.clone().map(|z| z * z).sum();
         println!(
-            "    {name:22} {:5.1} %  mean {:+.2} s.e.  {:.2}  scatter {scatter:.2e}  over their own \
-             s.e. mean {:+.2} rms {:.2}",
+            "    {name:22} {:5.1} %  mean {:+.2} s.e.  {:.2}  scatter {scatter:.2e}  over their \
+             own s.e. mean {:+.2} rms {:.2}",
             100.0 * within as f64 / count,
             mean / size,
             size / scatter,
