@@ -9,8 +9,9 @@
 //!
 //! fits the first ones, names a model by them alone, and predicts the others. A column is taken by
 //! the beginning of its name in the first line: `time_s`, `position [rad]`, and one of `torque`,
-//! `current`, `voltage` and `goal`, that of a position controller with duty = clamp(gain (goal −
-//! position), ±1). There may be `velocity`, `supply`, `enabled` and `external_torque`.
+//! `current`, `voltage` and `goal`, that of a position controller with duty = clamp(K_p (goal −
+//! position) − K_d velocity, ±1), options `gain` and `derivative-gain`. There may be `velocity`,
+//! `supply`, `enabled` and `external_torque`.
 //!
 //! Without `--held-out` the last third of every log is held out.
 //!
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
             .number("delay", 0.0, "s", "time by which the drive acts later than its rows say")
             .must_be(Rule::AtLeast(0.0))
             .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
+            .text("derivative-gain", "", "duty taken off per rad/s, as gain")
             .number("supply", 0.0, "V", "voltage that the duty is of, without a column of it")
             .must_be(Rule::AtLeast(0.0))
             .text(

@@ -82,6 +82,10 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
         })
     };
     let (time, position) = (need("time")?, need("position")?);
+    let known = |option: &str| match arguments.text(option) {
+        "" => Ok(0.0),
+        text => by_name(option, text, stem),
+    };
     let mut supply = Vec::new();
     let drive = match DRIVES.map(find) {
         [Some(torque), None, None, None] => Drive::Torque(torque),
@@ -95,6 +99,7 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
             Drive::Duty {
                 goal,
                 gain: by_name("gain", arguments.text("gain"), stem)?,
+                derivative_gain: known("derivative-gain")?,
                 supply: &supply,
             }
         }
@@ -110,10 +115,6 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
         "held" => (true, true),
         "command" => (true, false),
         other => return Err(format!("--between-rows has no {other:?}").into()),
-    };
-    let known = |option: &str| match arguments.text(option) {
-        "" => Ok(0.0),
-        text => by_name(option, text, stem),
     };
     let load =
         KnownLoad { inertia: known("load-inertia")?, gravity_torque: known("load-gravity")? };

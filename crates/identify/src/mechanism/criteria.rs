@@ -24,7 +24,7 @@ use crate::problem::Objective;
 use bristle::Scalar;
 use bristle::parameter::Checked;
 use bristle::scalar::lit;
-use bristle_joint::{JointState, LoadedDeflection};
+use bristle_joint::LoadedDeflection;
 
 /// The length of segments that stands for the inverse criterion.
 pub(super) const INVERSE: f64 = 0.0;
@@ -88,15 +88,11 @@ impl<'a> Errors<'a> {
             if inverse {
                 residuals.push(plant.imbalance(first, bristle.deflection));
             } else {
-                let [angle, velocity, acceleration] =
-                    [first.position, first.velocity, first.acceleration].map(lit);
-                let (LoadedDeflection { deflection, load }, time) = (bristle, T::zero());
-                let mut state =
-                    JointState { time, angle, velocity, deflection, load, acceleration };
+                let mut state = plant.begin(first, bristle);
                 let measured = log.position.iter().skip(segment.start + 1);
                 for (row, &position) in segment.clone().zip(measured) {
                     state = plant.advance(state, row)?;
-                    residuals.push(state.angle - lit(position));
+                    residuals.push(state.joint.angle - lit(position));
                 }
             }
             if self.length == WHOLE {
@@ -191,7 +187,7 @@ mod tests {
         let position: Vec<f64> = time.iter().map(|t| 0.6 * (7.0 * t).sin()).collect();
         let goal: Vec<f64> = time.iter().map(|t| 0.9 * (7.0 * t + 0.4).sin()).collect();
         let supply = vec![7.0; 200];
-        let drive = Drive::Duty { goal: &goal, gain: 1.1, supply: &supply };
+        let drive = Drive::Duty { goal: &goal, gain: 1.1, derivative_gain: 0.02, supply: &supply };
         let load = KnownLoad { inertia: 0.005, gravity_torque: 0.1 };
         let columns =
             DriveLogParameters { load, ..DriveLogParameters::new(&time, &position, drive) };
@@ -206,6 +202,7 @@ mod tests {
             .start("torque_constant", 0.4)
             .start("resistance", 3.0)
             .start("duty_exponent", 0.8)
+            .start("inductance", 0.01)
             .start("fan", 1e-3)
             .start("spring_rate", 0.1)
             .start("drag", 0.01)

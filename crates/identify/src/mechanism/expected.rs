@@ -24,6 +24,7 @@ use super::criteria::{Errors, WHOLE};
 use super::fit::Stages;
 use super::log::DriveLog;
 use super::report::ExpectedError;
+use super::smooth::smoothed;
 use crate::initial_guess::noise;
 use crate::least_squares::Draw;
 use crate::log::quantile;
@@ -70,7 +71,7 @@ fn noisier(logs: &[DriveLog], [most, sign]: [f64; 2], draw: &mut Draw) -> Vec<Dr
             x + error
         };
         let position = log.position.iter().enumerate().map(moved).collect();
-        DriveLog { drive, position, ..log.clone() }.smoothed()
+        smoothed(DriveLog { drive, position, ..log.clone() })
     };
     logs.iter().map(one).collect()
 }

@@ -169,9 +169,10 @@ const OVERSTATED: f64 = 0.5;
 /// The names that a joint takes.
 const TAKES: &str = "a joint takes inertia, drag, delay; gravity_torque and hanging_angle with \
     Term::Gravity; offset_torque, spring_rate, backward_drag, ripple_cos_1 and so on with the \
-    terms of these names; torque_constant, resistance, duty_exponent with a drive that has them; \
-    coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, stribeck_velocity, \
-    stribeck_exponent, backward_ratio, micro_stiffness and micro_damping; names of its own terms";
+    terms of these names; torque_constant, resistance, inductance, duty_exponent with a drive that \
+    has them; coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, \
+    stribeck_velocity, stribeck_exponent, backward_ratio, micro_stiffness and micro_damping; names \
+    of its own terms";
 
 /// A torque and its derivatives with respect to position and velocity, as the input of a joint.
 pub(super) fn input<T: Scalar>([value, by_angle, by_velocity]: [T; 3]) -> JointInputValue<T> {
@@ -276,7 +277,8 @@ impl Joint {
     }
 
     /// With a parameter whose search starts from a value. `torque_constant` and `resistance` need
-    /// one, or must be known; `duty_exponent` is 1 and `delay` 0 unless one is given.
+    /// one, or must be known; `duty_exponent` is 1, `inductance` and `delay` are 0 unless one is
+    /// given.
     #[must_use]
     pub fn start(self, name: &'static str, value: f64) -> Self {
         self.say(name, Said::Start(value))

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::smooth::{Smoothed, smooth};
+use super::smooth::{Smoothed, smoothed};
 use crate::log::{column, median, pairs, range, times, window};
 use bristle::parameter::{Checked, Named};
 
@@ -16,7 +16,7 @@ pub enum Drive<'a> {
     /// Voltage \[V\]; the torque is k_t (u − k_t v)/R.
     Voltage(&'a [f64]),
     /// Duty of a position controller that is known, as a servo has it in its firmware:
-    /// d = clamp(gain (goal − x), ±1). A simulation closes the loop with its own position.
+    /// d = clamp(K_p (goal − x) − K_d v, ±1). A simulation closes the loop with its own motion.
     ///
     /// The voltage is supply times d, or supply · sgn(d) |d|^γ if something is said of the
     /// parameter `duty_exponent` γ, as [`Joint::start`](super::Joint::start) does: the drivers of
@@ -24,8 +24,10 @@ pub enum Drive<'a> {
     Duty {
         /// Goal of the position \[rad\].
         goal: &'a [f64],
-        /// Gain [1/rad], positive.
+        /// Gain K_p [1/rad], positive.
         gain: f64,
+        /// Gain K_d of the velocity [s/rad], zero or positive.
+        derivative_gain: f64,
         /// Voltage of the supply \[V\], positive.
         supply: &'a [f64],
     },
@@ -96,7 +98,7 @@ pub(super) enum Source {
     Torque,
     Current,
     Voltage,
-    Duty { gain: f64, supply: Vec<f64> },
+    Duty { gain: f64, derivative_gain: f64, supply: Vec<f64> },
 }
 
 impl Source {
@@ -166,10 +168,12 @@ impl DriveLog {
             Drive::Torque(u) => (finite(["torque", "rows of torque"], u)?, Source::Torque),
             Drive::Current(u) => (finite(["current", "rows of current"], u)?, Source::Current),
             Drive::Voltage(u) => (finite(["voltage", "rows of voltage"], u)?, Source::Voltage),
-            Drive::Duty { goal, gain, supply } => {
+            Drive::Duty { goal, gain, derivative_gain, supply } => {
                 let gain = Named("gain", gain).positive()?;
+                let derivative_gain = Named("derivative_gain", derivative_gain).non_negative()?;
                 let supply = column(["supply", "rows of supply"], supply, rows, Named::positive)?;
-                (finite(["goal", "rows of goal"], goal)?, Source::Duty { gain, supply })
+                let source = Source::Duty { gain, derivative_gain, supply };
+                (finite(["goal", "rows of goal"], goal)?, source)
             }
         };
         let external = external_torque
@@ -180,7 +184,7 @@ impl DriveLog {
         Named("delay", delay).non_negative()?;
         Named("load.inertia", load.inertia).non_negative()?;
         Named("load.gravity_torque", load.gravity_torque).finite()?;
-        Ok(Self {
+        Ok(smoothed(Self {
             position: moving(finite(["position", "rows of position"], parameters.position)?)?,
             velocity: velocity.map(|v| finite(["velocity", "rows of velocity"], v)).transpose()?,
             external: external.unwrap_or_else(|| vec![0.0; rows]),
@@ -193,13 +197,7 @@ impl DriveLog {
             delay,
             load,
             rows: Vec::new(),
-        }
-        .smoothed())
-    }
-
-    /// With its rows smoothed.
-    pub(super) fn smoothed(self) -> Self {
-        Self { rows: smooth(&self), ..self }
+        }))
     }
 
     /// The rows with from ≤ t ≤ to \[s\].
@@ -211,21 +209,22 @@ impl DriveLog {
     pub fn between(&self, from: f64, to: f64) -> Checked<Self> {
         let rows = window(&self.time, from, to)?;
         let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
-        Ok(Self {
+        Ok(smoothed(Self {
             time: part(&self.time),
             position: moving(part(&self.position))?,
             velocity: self.velocity.as_deref().map(part),
             drive: part(&self.drive),
             source: match &self.source {
-                Source::Duty { gain, supply } => Source::Duty { gain: *gain, supply: part(supply) },
+                &Source::Duty { gain, derivative_gain, ref supply } => {
+                    Source::Duty { gain, derivative_gain, supply: part(supply) }
+                }
                 other => other.clone(),
             },
             external: part(&self.external),
             enabled: self.enabled.get(rows.clone()).unwrap_or_default().to_vec(),
             rows: Vec::new(),
             ..*self
-        }
-        .smoothed())
+        }))
     }
 
     /// Time \[s\] of each row.
@@ -262,15 +261,17 @@ impl DriveLog {
     /// Duty of the controller by the goal of a row, where it acts and without its limits. Zero for
     /// other drives.
     fn unlimited_duty(&self, row: usize, lag: f64) -> f64 {
-        let (Source::Duty { gain, .. }, Some(goal)) = (&self.source, self.drive.get(row)) else {
-            return 0.0;
-        };
+        let Source::Duty { gain, derivative_gain, .. } = &self.source else { return 0.0 };
+        let goal = self.drive.get(row).copied().unwrap_or(0.0);
         let time = self.time.get(row).copied().unwrap_or(0.0) + lag;
         let next = self.time.partition_point(|&t| t <= time).clamp(1, self.time.len() - 1);
         let at = |column: &[f64], row: usize| column.get(row).copied().unwrap_or(0.0);
         let [[s, t], [x, y]] =
             [&self.time, &self.position].map(|column| [at(column, next - 1), at(column, next)]);
-        gain * (goal - x - (y - x) * ((time - s) / (t - s)).min(1.0))
+        let share = ((time - s) / (t - s)).min(1.0);
+        let velocity = |row: usize| self.rows.get(row).map_or(0.0, |row| row.velocity);
+        let [v, w] = [next - 1, next].map(velocity);
+        gain * (goal - x - (y - x) * share) - derivative_gain * (v + (w - v) * share)
     }
 
     /// Torque, current or voltage of the drive by a row, at the measured position where it acts;

@@ -97,6 +97,7 @@
 //! | `drag` | `GearFrictionParameters::drag` | always |
 //! | `delay` \[s\] | not there: [`DriveLogParameters::delay`] | [`Joint::start`] |
 //! | `torque_constant`, `resistance` | those of `VoltageMotorParameters` | [`Drive`] |
+//! | `inductance` L \[H\] | not there: L di/dt = u − R i − k_t v | [`Joint::start`], of a voltage |
 //! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not there | [`Drive::Duty`] |
 //! | `offset_torque`, `spring_rate` | [`ExternalTorque`] | [`Term::constant`], [`Term::spring`] |
 //! | `backward_drag` | [`ExternalTorque`] | [`Term::backward_drag`] |
@@ -143,7 +144,8 @@
 //! The unit of all torques comes from the drive or from what is [known](Joint::known): with a
 //! voltage alone and neither torque constant nor gravity known, only ratios are determined. One
 //! load does not tell factors of the load, one speed no Stribeck curve, and a position with a
-//! coarse encoder no bristle shorter than a count.
+//! coarse encoder no bristle shorter than a count. Of an inductance only the time L/R shows: it is
+//! as wrong as the resistance, and to motions much slower than R/L a delay of this time.
 //!
 //! Noise of a measured drive would load and unload the gear in every step, and a sliding bristle
 //! slips back with each fall of its load. The gear is therefore loaded by the smoothed drive,
@@ -153,8 +155,7 @@
 //!
 //! A simulation starts with the smoothed position and velocity of its first row; they are not
 //! searched. Begin and end logs at rest, or leave out rows by [`DriveLog::between`]. Voltage and
-//! current are taken without limits of their own; inductance and the velocity feedback of a
-//! controller are left out.
+//! current are taken without limits of their own.
 
 mod compare;
 mod criteria;

@@ -25,6 +25,8 @@ pub(super) struct Plant<'a, T: Scalar> {
     gain: T,
     /// γ of the duty, if it is not one.
     exponent: Option<T>,
+    /// L/R of a voltage's motor \[s\], if something is said of L.
+    lag: Option<T>,
     /// Delay of the drive that is searched, beside that of the log \[s\].
     delay: Option<T>,
     terms: Vec<T>,
@@ -43,6 +45,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let value = |name: &str| model.value(values, number, name);
         let constant = value("torque_constant").unwrap_or_else(T::one);
         let names = model.joint.terms.iter().flat_map(Term::names);
+        let inductance = value("inductance").filter(|_| log.source.is_electric());
         Ok(Self {
             model,
             log,
@@ -50,6 +53,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
             constant,
             gain: value("resistance").map_or(constant, |resistance| constant / resistance),
             exponent: value("duty_exponent"),
+            lag: inductance.zip(value("resistance")).map(|(l, r)| l / r),
             delay: value("delay"),
             terms: names.map(|name| value(name).unwrap_or_else(T::nan)).collect(),
             gear: GearFriction::new(model.friction.gear(value, model.fastest)?)?,
@@ -77,23 +81,24 @@ impl<'a, T: Scalar> Plant<'a, T> {
             return ([zero; 3], zero);
         }
         let drive = self.drive(row, share, half);
-        let Source::Duty { gain, supply } = &log.source else {
-            let torque = self.driven(drive, zero, v);
+        let Source::Duty { gain, derivative_gain, supply } = &log.source else {
+            let torque = self.driven([drive, zero, zero], v);
             let measured = log.rows.get(row).zip(log.rows.get(row + 1)).filter(|_| log.noisy);
             let loading = measured.map_or(torque[0], |(here, next)| {
                 let [here, next] = [here, next].map(|row| self.effort(row));
-                self.driven(here + lit::<T>(share) * (next - here), zero, v)[0]
+                self.driven([here + lit::<T>(share) * (next - here), zero, zero], v)[0]
             });
             return (torque, loading);
         };
         let volts = between(supply, row, if log.held { 0.0 } else { share });
-        let (supply, gain) = (lit::<T>(volts), lit::<T>(*gain));
-        let duty = gain * (drive - x);
+        let [supply, gain, derivative_gain] = [volts, *gain, *derivative_gain].map(lit::<T>);
+        let duty = gain * (drive - x) - derivative_gain * v;
         let torque = if duty.abs() < T::one() {
             let (share, slope) = self.effective(duty);
-            self.driven(supply * share, -supply * gain * slope, v)
+            let slopes = [gain, derivative_gain].map(|gain| -supply * gain * slope);
+            self.driven([supply * share, slopes[0], slopes[1]], v)
         } else {
-            self.driven(supply * duty.signum(), zero, v)
+            self.driven([supply * duty.signum(), zero, zero], v)
         };
         (torque, torque[0])
     }
@@ -124,11 +129,12 @@ impl<'a, T: Scalar> Plant<'a, T> {
         one + (other - one) * part.larger(T::zero()).smaller(T::one())
     }
 
-    /// The smoothed drive as it acts at a row.
+    /// The smoothed drive as it acts at a row. That of a controller acts by its motion, too, and is
+    /// not shifted.
     #[inline]
     fn effort(&self, row: &Smoothed) -> T {
         let [a, b, c, _] = row.effort.map(lit::<T>);
-        self.delay.map_or(a, |delay| a - delay * (b - delay * c))
+        self.delay.filter(|_| row.supply == 0.0).map_or(a, |delay| a - delay * (b - delay * c))
     }
 
     /// sgn(d) |d|^γ of the duty d, and its slope; rounded off at a thousandth.
@@ -142,17 +148,17 @@ impl<'a, T: Scalar> Plant<'a, T> {
         (duty * factor, factor * (T::one() + less * square / size))
     }
 
-    /// Torque of the motor by its own torque, a current, or a voltage that may depend on the
-    /// position; with its derivatives.
+    /// Torque of the motor by its own torque, a current, or a voltage that may depend on position
+    /// and velocity; with its derivatives.
     #[inline]
-    fn driven(&self, effort: T, by_position: T, v: T) -> [T; 3] {
+    fn driven(&self, [effort, by_position, by_velocity]: [T; 3], v: T) -> [T; 3] {
         let zero = T::zero();
         match self.log.source {
             Source::Torque => [effort, zero, zero],
             Source::Current => [self.constant * effort, zero, zero],
             Source::Voltage | Source::Duty { .. } => {
                 let emf = self.constant;
-                [self.gain * (effort - emf * v), self.gain * by_position, -self.gain * emf]
+                [effort - emf * v, by_position, by_velocity - emf].map(|volts| self.gain * volts)
             }
         }
     }
@@ -169,10 +175,20 @@ impl<'a, T: Scalar> Plant<'a, T> {
     pub(super) fn measured(&self, row: &Smoothed) -> GearTorques<T> {
         let (x, v): (T, T) = (lit(row.position), lit(row.velocity));
         let effort = self.effort(row);
-        let supply = lit::<T>(row.supply);
-        let is_duty = row.supply > 0.0;
-        let effort = if is_duty { supply * self.effective(effort / supply).0 } else { effort };
-        let motor = self.driven(effort, T::zero(), lit::<T>(row.enabled) * v)[0];
+        let (supply, is_duty) = (lit::<T>(row.supply), row.supply > 0.0);
+        let (mut effort, slope) = if is_duty {
+            let (share, slope) = self.effective(effort / supply);
+            (supply * share, slope)
+        } else {
+            (effort, T::one())
+        };
+        let mut turning = v;
+        if let Some(lag) = self.lag {
+            // The current of the voltage L/R ago.
+            effort -= lag * slope * lit(row.effort[1]);
+            turning -= lag * lit(row.acceleration);
+        }
+        let motor = self.driven([effort, T::zero(), T::zero()], lit::<T>(row.enabled) * turning)[0];
         GearTorques { motor, external: self.external(row.external, x, v)[0] }
     }
 
@@ -222,25 +238,69 @@ impl<'a, T: Scalar> Plant<'a, T> {
         self.remaining(row) - self.gear.contact().response_under(load, velocity, deflection).force
     }
 
+    /// The motion that begins at a smoothed row.
+    pub(super) fn begin(&self, row: &Smoothed, bristle: LoadedDeflection<T>) -> Running<T> {
+        let [angle, velocity, acceleration] =
+            [row.position, row.velocity, row.acceleration].map(lit);
+        let (LoadedDeflection { deflection, load }, time) = (bristle, T::zero());
+        let joint = JointState { time, angle, velocity, deflection, load, acceleration };
+        Running { joint, current: [self.measured(row).motor; 2] }
+    }
+
     /// The motion at the next row, in steps up to a length.
+    ///
+    /// Under a voltage u that is held and a velocity v̄, the current tends to (u − k_t v̄)/R with
+    /// e^(−R h/L). So it takes no more energy than it is given, however long the step.
     #[inline]
-    pub(super) fn advance(&self, mut state: JointState<T>, row: usize) -> Checked<JointState<T>> {
+    pub(super) fn advance(&self, mut state: Running<T>, row: usize) -> Checked<Running<T>> {
         let duration = self.duration(row);
         let steps = (duration / self.model.step - 1e-6).ceil().max(1.0) as u32;
         let h = lit::<T>(duration / f64::from(steps));
+        let on = self.log.enabled.get(row).copied().unwrap_or(false);
+        let lag = self.lag.filter(|_| on).map(|lag| (lag, settled(h, lag)));
         for number in 0..steps {
             let half = 0.5 / f64::from(steps);
             let share = f64::from(number) / f64::from(steps) + half;
+            let Running { joint, current } = state;
+            let mut tends = ([T::zero(); 3], T::zero(), T::zero());
             let torques = |JointMotion { angle: x, velocity: v, .. }| {
-                let (motor, loading) = self.motor(row, [share, half], x, v);
+                let (mut motor, mut loading) = self.motor(row, [share, half], x, v);
+                if let Some((lag, settled)) = lag {
+                    tends = (motor, loading, v);
+                    let mean = T::one() - settled * lag / h;
+                    motor = motor.map(|slope| mean * slope);
+                    motor[0] += (T::one() - mean) * current[0];
+                    loading = mean * loading + (T::one() - mean) * current[1];
+                }
                 let external = self.external(between(&self.log.external, row, share), x, v);
                 let loading = GearTorques { motor: loading, external: external[0] };
                 JointTorques { motor: input(motor), external: input(external), loading }
             };
-            state = self.gear.joint_step(self.inertia, &state, h, torques)?.0;
+            state.joint = self.gear.joint_step(self.inertia, &joint, h, torques)?.0;
+            state.current = lag.map_or([T::zero(); 2], |(_, settled)| {
+                let ([steady, by_x, by_v], loading, v) = tends;
+                let half = lit::<T>(0.5);
+                let other = half * (joint.velocity + state.joint.velocity) - v;
+                let steady = steady + (half * h * by_x + by_v) * other;
+                let [one, two] = current;
+                [one + settled * (steady - one), two + settled * (loading - two)]
+            });
         }
         Ok(state)
     }
+}
+
+/// The motion of a joint, and the torques of its current: on the joint, and as the gear's load.
+#[derive(Clone, Copy)]
+pub(super) struct Running<T> {
+    pub(super) joint: JointState<T>,
+    current: [T; 2],
+}
+
+/// By which share a current goes where it tends to, 1 − e^(−h/lag).
+fn settled<T: Scalar>(h: T, lag: T) -> T {
+    // Beyond a rounding the derivatives by a lag of zero would be 0 · ∞.
+    if lag * lit(40.0) > h { T::one() - (-h / lag).exp() } else { T::one() }
 }
 
 /// The value of a column at a share of the time between a row and the next.
@@ -248,4 +308,72 @@ fn between(values: &[f64], row: usize, share: f64) -> f64 {
     let here = values.get(row).copied().unwrap_or(f64::NAN);
     let next = values.get(row + 1).copied().unwrap_or(here);
     here + share * (next - here)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::mechanism::start::guess;
+    use crate::mechanism::{Drive, DriveLogParameters, Friction, Joint};
+
+    /// A servo that swings, with parameters that are known, for a check.
+    fn servo(known: &[(&'static str, f64)], check: impl Fn(&DriveLog, &Model, &[f64])) {
+        let time: Vec<f64> = (0..100).map(|i| 1e-2 * f64::from(i)).collect();
+        let position: Vec<f64> = time.iter().map(|t| (9.0 * t).sin()).collect();
+        let goal: Vec<f64> = time.iter().map(|t| 0.7 * (9.0 * t + 0.8).sin()).collect();
+        let (gain, derivative_gain, supply) = (3.0, 0.03, vec![7.0; 100]);
+        let drive = Drive::Duty { goal: &goal, gain, derivative_gain, supply: &supply };
+        let log = DriveLog::new(DriveLogParameters::new(&time, &position, drive)).unwrap();
+        let joint = known.iter().fold(Joint::new(), |joint, said| joint.known(said.0, said.1));
+        let guess = guess(&joint, core::slice::from_ref(&log)).unwrap();
+        let model = joint.model(&Friction::coulomb(), &guess, 1).unwrap();
+        let values: Vec<f64> = model.parameters.iter().map(|p| p.start).collect();
+        check(&log, &model, &values);
+    }
+
+    #[test]
+    fn the_derivatives_of_a_motor_are_its_slopes() {
+        let known = [("torque_constant", 0.4), ("resistance", 3.0), ("duty_exponent", 0.8)];
+        servo(&known, |log, model, values| {
+            let plant = Plant::new(model, log, 0, values).unwrap();
+            let at = |x: f64, v: f64| plant.motor(7, [0.3, 0.1], x, v).0;
+            let (h, [_, by_x, by_v]) = (1e-5, at(0.6, 2.0));
+            let by = |dx: f64, dv: f64| {
+                (at(0.6 + dx, 2.0 + dv)[0] - at(0.6 - dx, 2.0 - dv)[0]) / (2.0 * h)
+            };
+            for (slope, difference) in [(by_x, by(h, 0.0)), (by_v, by(0.0, h))] {
+                // h² of the power, and roundings over h.
+                assert!(slope != 0.0 && (slope - difference).abs() < 1e-8, "{slope} {difference}");
+            }
+        });
+    }
+
+    /// Wheel and current swing without a voltage, and no step gives them energy, however long.
+    #[test]
+    fn a_current_with_inductance_gives_no_energy_of_its_own() {
+        for inertia in [1e-6, 1e-4, 1e-2] {
+            let (constant, inductance) = (0.4, 0.3);
+            let known = [("torque_constant", constant), ("resistance", 3.0), ("drag", 0.0)];
+            let known = known.into_iter().chain([("inductance", inductance), ("inertia", 0.01)]);
+            let known: Vec<_> = known.chain([("coulomb_torque", 1e-9)]).collect();
+            servo(&known, |log, model, values| {
+                let drive = vec![0.0; 100];
+                let log = DriveLog { source: Source::Voltage, drive, ..log.clone() };
+                let values = [&[inertia], &values[1..]].concat();
+                let plant = Plant::new(model, &log, 0, &values).unwrap();
+                let joint = JointState { velocity: 1.0, ..JointState::at_rest(0.0) };
+                let (mut state, mut before) = (Running { joint, current: [0.0; 2] }, f64::INFINITY);
+                for row in 0..99 {
+                    let [motion, current] = [state.joint.velocity, state.current[0] / constant];
+                    let energy = inertia * motion * motion + inductance * current * current;
+                    // Roundings.
+                    assert!(energy <= before * (1.0 + 1e-12), "{inertia} {row}: {energy} {before}");
+                    before = energy;
+                    state = plant.advance(state, row).unwrap();
+                }
+                assert!(before > 0.0 && before < 0.999 * inertia, "{before}");
+            });
+        }
+    }
 }

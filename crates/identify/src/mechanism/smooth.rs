@@ -32,7 +32,7 @@ pub(super) struct Smoothed {
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
     /// Torque, current or voltage of the drive that acts at the row: the coefficients of its cubic
-    /// in time. Those of a controller but the first are zero: a part of them is its motion.
+    /// in time.
     pub(super) effort: [f64; 4],
     /// Share of the window in which it is enabled.
     pub(super) enabled: f64,
@@ -60,47 +60,62 @@ fn window(log: &DriveLog) -> f64 {
     wanted.min(WIDEST * duration).max(ROWS * step)
 }
 
-/// Smooths every row of a log within the pieces between gaps.
-pub(super) fn smooth(log: &DriveLog) -> Vec<Smoothed> {
-    let (width, lag) = (window(log), log.lag());
-    let mut rows = Vec::with_capacity(log.time.len());
-    let column = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
+/// A log with every row smoothed within the pieces between gaps. The effort may depend on the
+/// motion.
+pub(super) fn smoothed(log: DriveLog) -> DriveLog {
+    let log = DriveLog { rows: motion(&log), ..log };
+    let (lag, mut rows) = (log.lag(), log.rows.iter());
+    // The drive acts later than its rows say.
+    let rows = at_each(&log, lag, |row, fitted| {
+        let effort = fitted.at(&|i| log.effort(i, lag));
+        let supply = match &log.source {
+            Source::Duty { supply, .. } => value(supply, row),
+            _ => 0.0,
+        };
+        Smoothed { effort, supply, ..rows.next().copied().unwrap_or_default() }
+    });
+    DriveLog { rows, ..log }
+}
+
+/// The value of a column at a row.
+fn value(column: &[f64], row: usize) -> f64 {
+    column.get(row).copied().unwrap_or(0.0)
+}
+
+/// What is found for each row from the local cubic so long before it.
+fn at_each<R>(log: &DriveLog, lag: f64, mut each: impl FnMut(usize, &Cubic) -> R) -> Vec<R> {
+    let (width, mut found) = (window(log), Vec::with_capacity(log.time.len()));
     for piece in log.pieces() {
         let times = log.time.get(piece.clone()).unwrap_or_default();
         for (row, &time) in piece.clone().zip(times) {
-            let about = |centre: f64| {
-                let from = piece.start + times.partition_point(|&t| t < centre - width);
-                let to = piece.start + times.partition_point(|&t| t <= centre + width);
-                Cubic::new(from..to, centre, width, &log.time)
-            };
-            let fitted = about(time);
-            // The drive acts later than its rows say.
-            let effort = about((time - lag).max(times.first().copied().unwrap_or(0.0)));
-            let effort = effort.at(&|i| log.effort(i, lag));
-            let (effort, supply) = match &log.source {
-                Source::Duty { supply, .. } => ([effort[0], 0.0, 0.0, 0.0], column(supply, row)),
-                _ => (effort, 0.0),
-            };
-            let position = fitted.at(&|i| column(&log.position, i));
-            let measured =
-                log.velocity.as_ref().map(|velocity| fitted.at(&|i| column(velocity, i)));
-            let (velocity, acceleration) = match measured {
-                Some([velocity, acceleration, ..]) => (velocity, acceleration),
-                None => (position[1], 2.0 * position[2]),
-            };
-            let enabled = |i| f64::from(u8::from(log.enabled.get(i).copied().unwrap_or(false)));
-            rows.push(Smoothed {
-                position: position[0],
-                velocity,
-                acceleration,
-                effort,
-                enabled: fitted.at(&enabled)[0],
-                external: fitted.at(&|i| column(&log.external, i))[0],
-                supply,
-            });
+            let centre = (time - lag).max(times.first().copied().unwrap_or(0.0));
+            let from = piece.start + times.partition_point(|&t| t < centre - width);
+            let to = piece.start + times.partition_point(|&t| t <= centre + width);
+            found.push(each(row, &Cubic::new(from..to, centre, width, &log.time)));
         }
     }
-    rows
+    found
+}
+
+/// The rows without their effort.
+fn motion(log: &DriveLog) -> Vec<Smoothed> {
+    let enabled = |i| f64::from(u8::from(log.enabled.get(i).copied().unwrap_or(false)));
+    at_each(log, 0.0, |_, fitted| {
+        let position = fitted.at(&|i| value(&log.position, i));
+        let measured = log.velocity.as_ref().map(|velocity| fitted.at(&|i| value(velocity, i)));
+        let (velocity, acceleration) = match measured {
+            Some([velocity, acceleration, ..]) => (velocity, acceleration),
+            None => (position[1], 2.0 * position[2]),
+        };
+        Smoothed {
+            position: position[0],
+            velocity,
+            acceleration,
+            enabled: fitted.at(&enabled)[0],
+            external: fitted.at(&|i| value(&log.external, i))[0],
+            ..Smoothed::default()
+        }
+    })
 }
 
 /// The weights of a local cubic, for any column.

@@ -69,6 +69,11 @@ pub(super) fn guess(joint: &Joint, logs: &[DriveLog]) -> Checked<Guess> {
     if is_duty && joint.given("duty_exponent").is_some() {
         drive.push(Parameter::scaled("duty_exponent", "", 1.0, 0.2..=3.0, 0.3));
     }
+    if let Some(inductance) = joint.given("inductance").filter(|_| is_electric) {
+        Named("inductance", inductance).non_negative()?;
+        let row = r * largest(DriveLog::usual_step);
+        drive.push(Parameter::scaled("inductance", "H", 0.0, 0.0..=20.0 * row, row));
+    }
     if joint.given("delay").is_some() {
         let row = largest(DriveLog::usual_step);
         drive.push(Parameter::scaled("delay", "s", 0.0, 0.0..=20.0 * row, row));
