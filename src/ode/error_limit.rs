@@ -25,12 +25,27 @@ const LEAST_DONE: f64 = 0.1;
 impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, K>
     Integration<'_, T, V, S, M, K>
 {
+    /// Whether a step may be accepted by its part in the error of the solution; otherwise the next
+    /// one is shorter.
+    #[inline]
+    pub(super) fn stands(
+        &mut self,
+        end: &Point<T, V>,
+        trial: (&TrialStep<T, V>, f64),
+        place: (Interval<T>, bool),
+    ) -> Result<bool, StopReason> {
+        match self.estimate(end, trial, place) {
+            Some(shorter) => self.progress.shorten(shorter).map(|()| false),
+            None => Ok(true),
+        }
+    }
+
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
     /// Answers with a shorter step where this one does not follow what grows, passes over a kink or
     /// over what happens while nothing moves, or has a curve between its ends that is farther off
     /// than a solution may be. The curve of one that is cut at a reversal is known from its trial.
     #[inline]
-    pub(super) fn estimate(
+    fn estimate(
         &mut self,
         end: &Point<T, V>,
         (trial, square): (&TrialStep<T, V>, f64),
