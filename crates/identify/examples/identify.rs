@@ -13,7 +13,8 @@
 //! position) − K_d velocity, ±1), options `gain` and `derivative-gain`. There may be `velocity`,
 //! `supply`, `enabled` and `external_torque`.
 //!
-//! Without `--held-out` the last third of every log is held out.
+//! Without `--held-out` the last third of every log is held out. Logs that begin in motion take
+//! `--begin motion`.
 //!
 //! Leaves `identify.csv`, every row with its errors of position and torque, `identify.svg`, the
 //! measured and the simulated position of the logs held out, and with the feature `serde` the joint
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
                 "linear",
                 "the drive between two rows: linear or held, or command, held without noise",
             )
+            .text("begin", "rest", "how logs begin: rest or motion")
             .number("delay", 0.0, "s", "time by which the drive acts later than its rows say")
             .must_be(Rule::AtLeast(0.0))
             .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
@@ -89,7 +91,7 @@ fn main() -> ExitCode {
             }
             logs::synthetic()?
         } else if files[1].is_empty() {
-            logs::split(logs::read(&files[0], &arguments)?)?
+            logs::split(logs::read(&files[0], &arguments)?)
         } else {
             (logs::read(&files[0], &arguments)?, logs::read(&files[1], &arguments)?)
         };
@@ -135,6 +137,11 @@ fn joint(arguments: &Values) -> Result<Joint, Box<dyn Error>> {
             other => return Err(format!("--terms has no {other:?}").into()),
         });
     }
+    joint = match arguments.text("begin") {
+        "rest" => joint,
+        "motion" => joint.in_motion(),
+        other => return Err(format!("--begin has no {other:?}").into()),
+    };
     for (name, value) in pairs("start", arguments.text("start"))? {
         joint = joint.start(name, value);
     }

@@ -22,6 +22,16 @@ pub(super) trait Objective {
     /// Passes every residual to `each`, see [`Residuals::evaluate`].
     fn evaluate<T: Scalar>(&self, values: &[T], each: &mut impl FnMut(T)) -> Checked<()>;
 
+    /// Passes every residual as it depends on one parameter alone: zero if it does not.
+    fn evaluate_by<T: Scalar>(
+        &self,
+        values: &[T],
+        _parameter: usize,
+        each: &mut impl FnMut(T),
+    ) -> Checked<()> {
+        self.evaluate(values, each)
+    }
+
     /// Σ r²; infinite where the model has no finite answer.
     fn cost(&self, values: &[f64]) -> f64 {
         let mut cost = 0.0;
@@ -139,7 +149,11 @@ impl<'a, R: Objective> Problem<'a, R> {
             let seed = |i| f64::from(u8::from(i == run && !self.is_fixed(i)));
             let duals = values.iter().enumerate().map(|(i, &value)| Dual64::new(value, seed(i)));
             let (duals, mut column) = (duals.collect::<Vec<_>>(), Vec::<Dual64>::new());
-            done = done.and(self.residuals.evaluate(&duals, &mut |r| column.push(r)));
+            let each = &mut |r| column.push(r);
+            done = done.and(match run {
+                0 => self.residuals.evaluate(&duals, each),
+                _ => self.residuals.evaluate_by(&duals, run, each),
+            });
             if run == 0 {
                 rows.extend(column.iter().map(|r| (r.re, Point::zeros(width))));
             }

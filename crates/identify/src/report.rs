@@ -152,6 +152,11 @@ pub enum Remark {
         /// Number of gaps.
         count: usize,
     },
+    /// A log begins in motion, and the state there is not searched.
+    BeginsInMotion {
+        /// Number of the log, from zero.
+        log: usize,
+    },
     /// The controller of a log is at its limit all along: its goal and gain do not count.
     Saturated {
         /// Number of the log, from zero.
@@ -202,6 +207,10 @@ impl fmt::Display for Remark {
             Self::Gaps { log, count } => {
                 write!(f, "log {log} has {count} gaps: simulations start anew after each")
             }
+            Self::BeginsInMotion { log } => write!(
+                f,
+                "log {log} begins in motion: with `Joint::in_motion` its state there is searched"
+            ),
             Self::Saturated { log } => {
                 write!(f, "log {log}: the controller is at its limit all along")
             }

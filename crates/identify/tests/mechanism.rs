@@ -293,7 +293,8 @@ fn experiment(case: Case, seed: u64) -> (Joint, Vec<DriveLog>, Vec<(&'static str
     let overstated = 1.0 + 0.1 * Draw(seed + 1).next();
     let mut load = KnownLoad::default();
     match case {
-        Case::HeldAndNoisy | Case::InMotion | Case::Preloaded => {}
+        Case::HeldAndNoisy => {}
+        Case::InMotion | Case::Preloaded => joint = joint.in_motion(),
         Case::Delayed => {
             joint = joint.start("delay", 0.0);
             is("delay", 7.5e-3);
@@ -1361,6 +1362,38 @@ fn what_a_machine_has_beside_comes_back() {
             assert!((value - truth).abs() < 4.0 * standard_error, "{case:?} {name}\n{found}");
         }
     }
+}
+
+/// Smoothed velocities of the first rows see rows of one side only, and the teeth are loaded where a
+/// joint turns.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn the_state_of_logs_that_begin_in_motion_is_found() {
+    for seed in [0, 5] {
+        let (joint, logs, _) = experiment(Case::Preloaded, seed);
+        let stiffness = |joint: &Joint| {
+            let fit = dahl(joint, &logs).unwrap();
+            // The states are not counted.
+            assert_eq!(fit.searched(), 8, "{fit}");
+            let estimate = fit.fit.estimate("micro_stiffness").unwrap();
+            [estimate.value - STIFFNESS, estimate.standard_error]
+        };
+        let ([error, own], [_, measured]) = (stiffness(&joint), stiffness(&pendulum()));
+        assert!(error.abs() < 3.0 * own && own < 0.5 * measured, "{error} {own} {measured}");
+    }
+}
+
+#[test]
+fn a_log_that_begins_in_motion_is_told() {
+    let log = run(GRAVITY, 1, true).voltage().unwrap();
+    let told = |joint: &Joint, from: f64| {
+        let log = log.between(from, from + 1.0).unwrap();
+        let found = dahl(joint, core::slice::from_ref(&log)).unwrap();
+        found.fit.remarks.contains(&Remark::BeginsInMotion { log: 0 })
+    };
+    // At 1.1 s it swings by, and before 0.5 s it rests.
+    let joint = pendulum().known("micro_stiffness", STIFFNESS).known("inertia", INERTIA);
+    assert!(told(&joint, 1.1) && !told(&joint, 0.4) && !told(&joint.clone().in_motion(), 1.1));
 }
 
 /// Noise of the voltage that moves the simulated position by more than the encoder's counts.

@@ -22,6 +22,7 @@
 
 use super::criteria::{Errors, WHOLE};
 use super::fit::Stages;
+use super::joint::INITIAL;
 use super::log::DriveLog;
 use super::report::ExpectedError;
 use super::smooth::smoothed;
@@ -30,7 +31,7 @@ use crate::least_squares::Draw;
 use crate::log::quantile;
 use crate::problem::{Point, Problem, Rows, begin_at};
 use crate::uncertainty::Determinacy;
-use crate::{Estimate, Fit, Identifiability, SearchOutcome};
+use crate::{Estimate, Fit, Identifiability, Parameter, SearchOutcome};
 use bristle::Scalar;
 use bristle::parameter::Checked;
 
@@ -95,7 +96,9 @@ impl Stages<'_> {
             self.errors.length = length;
             self.runs += 1;
             let Some((sizes, _)) = self.errors_by_noise(f64::INFINITY, DRAWS[0])? else { continue };
-            let logarithms: Vec<_> = sizes.iter().filter(|x| **x > 0.0).map(|x| x.ln()).collect();
+            let sizes = sizes.iter().zip(&self.parameters);
+            let counts = |(x, p): &(&f64, &Parameter)| **x > 0.0 && !INITIAL.contains(&p.name);
+            let logarithms: Vec<_> = sizes.filter(counts).map(|(x, _)| x.ln()).collect();
             let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
             self.expected.push(ExpectedError { length, ratio: mean.exp() });
         }

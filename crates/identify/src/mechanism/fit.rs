@@ -205,7 +205,8 @@ pub(super) fn fit_candidate(
         estimate.log = log;
     }
     let values = fit.values();
-    let held_out = (!held_out.is_empty()).then(|| model.scores(&values, held_out));
+    let predicted = model.as_measured(values.clone());
+    let held_out = (!held_out.is_empty()).then(|| model.scores(&predicted, held_out));
     let mut result = JointFit {
         friction: *friction,
         fit,

@@ -166,6 +166,10 @@ impl Term {
 /// Share of a known gravity by which it may be overstated.
 const OVERSTATED: f64 = 0.5;
 
+/// What the state of each log has where its simulation begins, beside the smoothed velocity and the
+/// deflection along the measured motion, over that of steady sliding: [`Joint::in_motion`].
+pub(super) const INITIAL: [&str; 2] = ["initial_velocity", "initial_deflection"];
+
 /// The names that a joint takes.
 const TAKES: &str = "a joint takes inertia, drag, delay; gravity_torque and hanging_angle with \
     Term::Gravity; offset_torque, spring_rate, backward_drag, ripple_cos_1 and so on with the \
@@ -238,6 +242,7 @@ impl Said {
 pub struct Joint {
     pub(super) terms: Vec<Term>,
     units: Option<Units>,
+    pub(super) in_motion: bool,
     said: Vec<(&'static str, Said)>,
 }
 
@@ -258,6 +263,17 @@ impl Joint {
     #[must_use]
     pub fn in_units(self, units: Units) -> Self {
         Self { units: Some(units), ..self }
+    }
+
+    /// For logs that begin in motion, or at rest under load. Smoothed velocities see rows of one
+    /// side only at the first row: a simulation begins two half windows of the smoothing later,
+    /// the bristle having been moved along the measured motion, and what is missing there is
+    /// searched, for each log: `initial_velocity` [rad/s], and `initial_deflection` \[–\] over that
+    /// of steady sliding, if the bristle's stiffness is. Logs held out, and those that are
+    /// simulated by the result, have neither.
+    #[must_use]
+    pub fn in_motion(self) -> Self {
+        Self { in_motion: true, ..self }
     }
 
     /// The unit that takes the place of one of translation.
@@ -328,14 +344,20 @@ impl Joint {
                 None => return Err(ParameterError::chosen(name, TAKES)),
             }
         }
-        let searched = |p: &Parameter| p.name == "offset_torque" && p.least < p.most;
-        if friction.directional && !friction.loaded && base.iter().any(searched) {
+        let searched = |name| base.iter().any(|p| p.name == name && p.least < p.most);
+        if friction.directional && !friction.loaded && searched("offset_torque") {
             let rule = "a direction-dependent friction under a constant load takes its own offset";
             return Err(ParameterError::chosen("offset_torque", rule));
         }
+        let (velocity, deflects) = (0.01 * guess.speed, searched("micro_stiffness"));
+        let initial = [("m/s", velocity, self.in_motion), ("", 0.1, self.in_motion && deflects)];
+        for (name, (unit, size, _)) in INITIAL.into_iter().zip(initial).filter(|(_, it)| it.2) {
+            base.push(Parameter::scaled(name, unit, 0.0, -100.0 * size..=100.0 * size, size));
+        }
         base.iter_mut().for_each(|parameter| parameter.unit = self.unit(parameter.unit));
         let all = base.into_iter().flat_map(|parameter| {
-            let each = self.said.contains(&(parameter.name, Said::OfEachLog));
+            let each = self.said.contains(&(parameter.name, Said::OfEachLog))
+                || INITIAL.contains(&parameter.name);
             (0..if each { logs } else { 1 }).map(move |log| (parameter, each.then_some(log)))
         });
         let ((parameters, of_logs), joint) = (all.unzip(), self.clone());
@@ -360,9 +382,11 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// Values of which those of some logs alone are the mean of the others.
+    /// Values of which those of some logs alone are the mean of the others. A log keeps the state
+    /// in which it begins.
     pub(super) fn without(&self, values: Vec<f64>, out: impl Fn(usize) -> bool) -> Vec<f64> {
-        let is_out = |i: usize| self.of_logs[i].is_some_and(&out);
+        let is_initial = |i: usize| INITIAL.contains(&self.parameters[i].name);
+        let is_out = |i: usize| !is_initial(i) && self.of_logs[i].is_some_and(&out);
         let mean = |i: usize| {
             let same = |j: &usize| self.parameters[*j].name == self.parameters[i].name;
             let others: Vec<f64> =
@@ -370,6 +394,14 @@ impl Model {
             others.iter().sum::<f64>() / others.len() as f64
         };
         (0..values.len()).map(|i| if is_out(i) { mean(i) } else { values[i] }).collect()
+    }
+
+    /// Values for logs that were not fitted, which begin as they were measured.
+    pub(super) fn as_measured(&self, mut values: Vec<f64>) -> Vec<f64> {
+        let initial = self.parameters.iter().zip(&mut values);
+        let initial = initial.filter(|(parameter, _)| INITIAL.contains(&parameter.name));
+        initial.for_each(|(_, value)| *value = 0.0);
+        values
     }
 
     /// The value of a parameter for a log. Of parameters that each log has for itself a log beyond

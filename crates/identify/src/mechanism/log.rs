@@ -137,10 +137,15 @@ pub struct DriveLog {
     pub(super) load: KnownLoad,
     /// Motion and effort, smoothed.
     pub(super) rows: Vec<Smoothed>,
+    /// Time after which it is simulated, if it begins in motion \[s\].
+    pub(super) wait: f64,
 }
 
 /// A step of the time longer than so many medians is a gap.
 const GAP: f64 = 10.0;
+
+/// Velocity over the root mean square of all that noise does not reach at the first row.
+const CLEAR: f64 = 0.3;
 
 /// Refuses a position that never changes.
 fn moving(position: Vec<f64>) -> Checked<Vec<f64>> {
@@ -197,6 +202,7 @@ impl DriveLog {
             delay,
             load,
             rows: Vec::new(),
+            wait: 0.0,
         }))
     }
 
@@ -285,6 +291,13 @@ impl DriveLog {
             _ => self.drive.get(row).copied().unwrap_or(0.0),
         };
         if self.enabled.get(row).copied().unwrap_or(false) { value } else { 0.0 }
+    }
+
+    /// Whether its first velocity is clearly one, of which noise leaves so much there.
+    pub(super) fn begins_in_motion(&self) -> bool {
+        let squares: f64 = self.rows.iter().map(|row| row.velocity * row.velocity).sum();
+        let usual = (squares / self.rows.len() as f64).sqrt();
+        self.rows.first().is_some_and(|row| row.velocity.abs() > CLEAR * usual)
     }
 
     /// Whether the controller is at its limit wherever it is enabled.

@@ -113,6 +113,7 @@
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
 //! | `micro_stiffness` | σ0/μ_d at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
 //! | `micro_damping` | σ1/μ_d, likewise | FrBD, LuGre |
+//! | `initial_velocity`, `initial_deflection` | not there, of each log | [`Joint::in_motion`] |
 //!
 //! The exponent of the curve is 2, in [`Friction::exponential`] 1; it may start elsewhere, or be
 //! known.
@@ -153,9 +154,10 @@
 //!
 //! # Limits
 //!
-//! A simulation starts with the smoothed position and velocity of its first row; they are not
-//! searched. Begin and end logs at rest, or leave out rows by [`DriveLog::between`]. Voltage and
-//! current are taken without limits of their own.
+//! A simulation starts with the smoothed position and velocity of its first row. Begin and end logs
+//! at rest, or leave out rows by [`DriveLog::between`]; of logs that begin in motion, or at rest
+//! under load, the state there can be searched: [`Joint::in_motion`]. Voltage and current are taken
+//! without limits of their own.
 
 mod compare;
 mod criteria;

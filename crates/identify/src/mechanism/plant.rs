@@ -3,8 +3,10 @@
 //!
 //! The step is [`GearFriction::joint_step`].
 
+use core::ops::Range;
+
 use super::friction::Gear;
-use super::joint::{Model, Term, input};
+use super::joint::{INITIAL, Model, Term, input};
 use super::log::{DriveLog, Source};
 use super::smooth::Smoothed;
 use bristle::parameter::Checked;
@@ -30,6 +32,8 @@ pub(super) struct Plant<'a, T: Scalar> {
     /// Delay of the drive that is searched, beside that of the log \[s\].
     delay: Option<T>,
     terms: Vec<T>,
+    /// Of a log that begins in motion, what its state there has beside the measured one.
+    initial: Option<[T; 2]>,
     /// The friction at the beginning.
     pub(super) gear: Gear<T>,
 }
@@ -56,6 +60,10 @@ impl<'a, T: Scalar> Plant<'a, T> {
             lag: inductance.zip(value("resistance")).map(|(l, r)| l / r),
             delay: value("delay"),
             terms: names.map(|name| value(name).unwrap_or_else(T::nan)).collect(),
+            initial: model
+                .joint
+                .in_motion
+                .then(|| INITIAL.map(|name| value(name).unwrap_or_else(T::zero))),
             gear: GearFriction::new(model.friction.gear(value, model.fastest)?)?,
         })
     }
@@ -200,13 +208,18 @@ impl<'a, T: Scalar> Plant<'a, T> {
             - self.gear.drag() * lit(row.velocity)
     }
 
+    /// The deflection of steady sliding under a load.
+    fn full(&self, load: T) -> T {
+        let contact = self.gear.contact();
+        let scale = load / contact.reference_load();
+        contact.stationary(Surface::scaled(Branch::Forward.of(T::zero()), scale))
+    }
+
     /// The deflection that gives the torque which friction takes from a smoothed row, at most that
     /// of steady sliding under the load there.
     pub(super) fn deflected(&self, row: &Smoothed) -> LoadedDeflection<T> {
         let (torque, load) = (self.remaining(row), self.gear.load(self.measured(row)));
-        let contact = self.gear.contact();
-        let scale = load / contact.reference_load();
-        let full = contact.stationary(Surface::scaled(Branch::Forward.of(T::zero()), scale));
+        let (contact, full) = (self.gear.contact(), self.full(load));
         let stiffness = contact.reference_load() * contact.model().storage_stiffness();
         let share = torque / (stiffness * full);
         let share = if share.is_finite() { share } else { T::zero() };
@@ -218,9 +231,9 @@ impl<'a, T: Scalar> Plant<'a, T> {
     pub(super) fn follow(
         &self,
         bristle: LoadedDeflection<T>,
-        [before, after]: [&Smoothed; 2],
-        duration: f64,
+        row: usize,
     ) -> Checked<LoadedDeflection<T>> {
+        let Some([before, after]) = self.log.rows.get(row..row + 2) else { return Ok(bristle) };
         let (one, other) = (self.measured(before), self.measured(after));
         let half = lit::<T>(0.5);
         let torques = GearTorques {
@@ -228,7 +241,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
             external: half * (one.external + other.external),
         };
         let velocity = lit(0.5 * (before.velocity + after.velocity));
-        let step = self.gear.step(torques, velocity, bristle, lit(duration))?;
+        let step = self.gear.step(torques, velocity, bristle, lit(self.duration(row)))?;
         Ok(step.commit(velocity).deflection)
     }
 
@@ -238,11 +251,29 @@ impl<'a, T: Scalar> Plant<'a, T> {
         self.remaining(row) - self.gear.contact().response_under(load, velocity, deflection).force
     }
 
-    /// The motion that begins at a smoothed row.
-    pub(super) fn begin(&self, row: &Smoothed, bristle: LoadedDeflection<T>) -> Running<T> {
-        let [angle, velocity, acceleration] =
-            [row.position, row.velocity, row.acceleration].map(lit);
-        let (LoadedDeflection { deflection, load }, time) = (bristle, T::zero());
+    /// The row at which a simulation begins that cannot see the motion before its rows: at the
+    /// first, or, if logs begin in motion, where windows of the smoothing that reach to both sides
+    /// have moved the bristle.
+    pub(super) fn begins(&self, rows: &Range<usize>) -> usize {
+        let wait = if self.initial.is_some() { self.log.wait } else { 0.0 };
+        let until = self.time(rows.start) + wait;
+        rows.clone().find(|&row| self.time(row) >= until).unwrap_or(rows.start)
+    }
+
+    /// The motion that begins at a smoothed row, the first one of a log or another.
+    pub(super) fn begin(
+        &self,
+        row: &Smoothed,
+        bristle: LoadedDeflection<T>,
+        is_first: bool,
+    ) -> Running<T> {
+        let [angle, mut velocity, acceleration] =
+            [row.position, row.velocity, row.acceleration].map(lit::<T>);
+        let (LoadedDeflection { mut deflection, load }, time) = (bristle, T::zero());
+        if let (true, Some([faster, share])) = (is_first, self.initial) {
+            velocity += faster;
+            deflection += share * self.full(load);
+        }
         let joint = JointState { time, angle, velocity, deflection, load, acceleration };
         Running { joint, current: [self.measured(row).motor; 2] }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::criteria::{Errors, INVERSE, WHOLE};
 use super::friction::{Friction, Gear, GearParameters};
-use super::joint::{Joint, Model, Term, input};
+use super::joint::{INITIAL, Joint, Model, Term, input};
 use super::log::{DriveLog, Source};
 use crate::Fit;
 use bristle::number::Number;
@@ -135,10 +135,10 @@ impl JointFit {
         self.model.value(&self.fit.values(), usize::MAX, name)
     }
 
-    /// Number of parameters that were searched.
+    /// Number of parameters that were searched, but for the states in which logs begin.
     pub fn searched(&self) -> usize {
-        let estimates = self.fit.estimates.iter();
-        estimates.filter(|e| e.parameter.least < e.parameter.most).count()
+        let parameters = self.fit.estimates.iter().map(|estimate| estimate.parameter);
+        parameters.filter(|p| p.least < p.most && !INITIAL.contains(&p.name)).count()
     }
 
     /// The position \[rad\] at every row of a log, simulated from the first on.
@@ -168,7 +168,8 @@ impl JointFit {
     fn residuals(&self, log: &DriveLog, length: f64) -> Checked<Vec<f64>> {
         let logs = core::slice::from_ref(log);
         self.model.check(logs)?;
-        let errors = Errors::new(&self.model, logs, length).by_log(&self.fit.values())?;
+        let values = self.model.as_measured(self.fit.values());
+        let errors = Errors::new(&self.model, logs, length).by_log(&values)?;
         let mut errors = errors.into_iter().flatten();
         let (mut rows, first) = (vec![0.0; log.time.len()], usize::from(length != INVERSE));
         let pieces = log.pieces().into_iter().filter(|piece| piece.len() > 1);

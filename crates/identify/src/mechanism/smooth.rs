@@ -48,6 +48,9 @@ const ROWS: f64 = 6.0;
 /// The window reaches over at most this share of a log.
 const WIDEST: f64 = 0.05;
 
+/// Half windows after which a log that begins in motion is simulated.
+const WINDOWS: f64 = 2.0;
+
 /// The half width of the window \[s\] that suits a log.
 fn window(log: &DriveLog) -> f64 {
     let step = log.usual_step();
@@ -63,7 +66,9 @@ fn window(log: &DriveLog) -> f64 {
 /// A log with every row smoothed within the pieces between gaps. The effort may depend on the
 /// motion.
 pub(super) fn smoothed(log: DriveLog) -> DriveLog {
-    let log = DriveLog { rows: motion(&log), ..log };
+    // Of a log with more noise it stays.
+    let wait = if log.rows.is_empty() { WINDOWS * window(&log) } else { log.wait };
+    let log = DriveLog { rows: motion(&log), wait, ..log };
     let (lag, mut rows) = (log.lag(), log.rows.iter());
     // The drive acts later than its rows say.
     let rows = at_each(&log, lag, |row, fitted| {
