@@ -488,6 +488,16 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.response(surface, deflection).force
     }
 
+    /// [`Bristle::switching_function`] under this load.
+    #[inline(always)]
+    pub fn switching_function(
+        &self,
+        surface: impl Into<Surface<T>>,
+        deflection: M::Deflection,
+    ) -> Option<T> {
+        self.model.switching_function(self.surface(surface), deflection)
+    }
+
     /// Rate and force at once, which costs as much as either: for the right-hand side of a
     /// mechanism.
     #[inline(always)]

@@ -116,6 +116,7 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
         #[inline]
         storage_stiffness() -> T;
         folding_scale() -> Option<T>;
+        switching_function(surface: Surface<T>, deflection: T) -> Option<T>;
         holding_coefficient(surface: Surface<T>, carried: T) -> T;
         #[inline]
         held(change: LoadChange<T>, surface: Surface<T>, deflection: T) -> T;

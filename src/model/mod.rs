@@ -327,6 +327,16 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(surface, deflection).hold(surface.velocity(), deflection, duration)
     }
 
+    /// A quantity that passes zero where rate and force have a kink beside v = 0, such as what
+    /// exceeds the friction of a tip that sticks: see
+    /// [`ode::System::switching_function`](crate::ode::System::switching_function). `None` for a
+    /// model that is smooth on a branch.
+    #[inline]
+    fn switching_function(&self, surface: Surface<T>, deflection: Self::Deflection) -> Option<T> {
+        let _ = (surface, deflection);
+        None
+    }
+
     /// Puts the model under a normal force p \[N\], zero or positive.
     ///
     /// # Errors

@@ -107,6 +107,13 @@ pub trait System<T: Scalar> {
         None
     }
 
+    /// A quantity that passes zero where the right-hand side has a kink without a reversal: see
+    /// [`ode::System::switching_function`](super::System::switching_function).
+    fn switching_function(&self, time: T, state: &[T], branches: &[Branch]) -> Option<T> {
+        let _ = (time, state, branches);
+        None
+    }
+
     /// No adaptive step is longer than this \[s\].
     fn longest_step(&self) -> Option<T> {
         None
@@ -172,6 +179,11 @@ impl<T: Scalar, S: System<T> + ?Sized> Equations<T, Vec<T>, Any> for S {
     #[inline]
     fn kink(&self, time: T, towards: T) -> Option<T> {
         self.next_kink(time, towards)
+    }
+
+    #[inline]
+    fn switching(&self, time: T, state: &Vec<T>, branches: &Vec<Branch>) -> Option<T> {
+        self.switching_function(time, state, branches)
     }
 
     fn limit(&self) -> Option<T> {

@@ -53,11 +53,13 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     ) -> Option<T> {
         let most = self.most_growth?;
         let step = end.time - self.point.time;
+        let mut shorter = self.grazed(end, interval);
         if !is_cut {
-            let shorter = self.bent(end, most).or_else(|| self.unseen(end, interval));
-            if shorter.is_some() {
-                return shorter;
-            }
+            shorter = shorter.or_else(|| self.bent(end, most));
+            shorter = shorter.or_else(|| self.unseen(end, interval));
+        }
+        if shorter.is_some() {
+            return shorter;
         }
         let (stability, states) = (self.stepper.stability(), end.state.count());
         let mut field = Locked {

@@ -63,6 +63,7 @@ mod error_limit;
 mod event;
 mod explicit;
 mod failure;
+mod graze;
 mod growth;
 mod integration;
 mod kink;

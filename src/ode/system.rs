@@ -83,6 +83,20 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
         None
     }
 
+    /// A quantity that passes zero where f has a kink, or jumps, without a reversal: the gap to a
+    /// floor, or that [of a bristle](crate::Bristle::switching_function) whose tip begins to slip.
+    /// Of several their product. The driver looks for its zeros between the ends of a step, too: a
+    /// touch that lasts for a part of a step may fall between the stages. `None` if there is none.
+    fn switching_function(
+        &self,
+        time: T,
+        state: &SVector<T, N>,
+        branches: [Branch; K],
+    ) -> Option<T> {
+        let _ = (time, state, branches);
+        None
+    }
+
     /// No adaptive step is longer than this \[s\]. `None` if there is no such limit.
     ///
     /// Give it for a sliding velocity that is prescribed, a time over which it turns at most once:
@@ -152,6 +166,9 @@ pub trait Equations<T: Scalar, V: States<T>, K> {
     /// [`System::next_kink`].
     fn kink(&self, time: T, towards: T) -> Option<T>;
 
+    /// [`System::switching_function`].
+    fn switching(&self, time: T, state: &V, branches: &Self::Contacts<Branch>) -> Option<T>;
+
     /// [`System::longest_step`].
     fn limit(&self) -> Option<T>;
 
@@ -208,6 +225,11 @@ impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize>
     #[inline(always)]
     fn kink(&self, time: T, towards: T) -> Option<T> {
         self.next_kink(time, towards)
+    }
+
+    #[inline(always)]
+    fn switching(&self, time: T, state: &SVector<T, N>, branches: &[Branch; K]) -> Option<T> {
+        self.switching_function(time, state, *branches)
     }
 
     fn limit(&self) -> Option<T> {

@@ -176,6 +176,11 @@ where
         self.parameters.opening.next_kink(time, towards)
     }
 
+    #[inline]
+    fn switching_function(&self, _time: T, state: &Vector4<T>, [branch]: [Branch; 1]) -> Option<T> {
+        self.body().switching_function(state, branch)
+    }
+
     fn longest_step(&self) -> Option<T> {
         self.parameters.opening.longest_step()
     }

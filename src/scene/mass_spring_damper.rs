@@ -162,6 +162,11 @@ where
         self.parameters.force.next_kink(time, towards)
     }
 
+    #[inline]
+    fn switching_function(&self, _time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<T> {
+        self.body().switching_function(state, branch)
+    }
+
     fn longest_step(&self) -> Option<T> {
         self.parameters.force.longest_step()
     }

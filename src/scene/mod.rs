@@ -44,6 +44,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<'_, T, M> {
         self.contact.force(state[VELOCITY], state[DEFLECTION])
     }
 
+    #[inline(always)]
+    fn switching_function<const N: usize>(&self, x: &SVector<T, N>, branch: Branch) -> Option<T> {
+        self.contact.switching_function(branch.of(x[VELOCITY]), x[DEFLECTION])
+    }
+
     /// The rates of the states under a force f.
     #[inline(always)]
     fn rate<const N: usize>(

@@ -120,6 +120,17 @@ where
         self.velocity.next_kink(time, towards)
     }
 
+    #[inline]
+    fn switching_function(
+        &self,
+        time: T,
+        state: &SVector<T, N>,
+        [branch]: [Branch; 1],
+    ) -> Option<T> {
+        let sliding = branch.of(self.velocity.value(time));
+        self.contact.switching_function(sliding, M::Deflection::from_states(state))
+    }
+
     fn longest_step(&self) -> Option<T> {
         self.velocity.longest_step()
     }

@@ -2,12 +2,14 @@
 #![cfg(feature = "alloc")]
 
 use bristle::Mechanism;
-use bristle::ode::{Output, System};
+use bristle::ode::{Output, Solver, System};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Function, Polyline, Signal, Vertex};
 use bristle::{Branch, Bristle};
 use bristle_specimens::ode::{Integral, OfAny, every_solver, table_2_frbd, tolerance};
 use nalgebra::{Vector1, Vector3};
+
+use crate::blind_spots::METHODS;
 
 /// Integrates u over a span by every solver, and compares with the area under it.
 #[track_caller]
@@ -199,4 +201,44 @@ fn a_scene_meets_the_kinks_of_its_input() {
     };
     // 0.4 rad per step of a vibration at 100 rad/s: 0.4⁵/5000 per step.
     assert!(error(force) < 1e-4, "{:e}", error(force));
+}
+
+/// A ball that is thrown up under a ceiling, x = −½ (t − 1)² by a deflection of h beyond it, and
+/// what the ceiling feels, ẇ = k max(x, 0).
+struct Ceiling {
+    stiffness: f64,
+    says: bool,
+}
+
+impl System<f64, 3, 0> for Ceiling {
+    fn rate(&self, _: f64, x: &Vector3<f64>, _: [Branch; 0]) -> Vector3<f64> {
+        Vector3::new(x[1], -1.0, self.stiffness * x[0].max(0.0))
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &Vector3<f64>) -> [f64; 0] {
+        []
+    }
+
+    fn switching_function(&self, _: f64, x: &Vector3<f64>, _: [Branch; 0]) -> Option<f64> {
+        self.says.then_some(x[0])
+    }
+}
+
+#[test]
+fn a_touch_between_the_stages_is_met_where_a_system_says_what_touches() {
+    // ∫ k (h − ½ t²) dt over t² < 2 h, which lasts for 2.8 ms of 2.3 s.
+    let (height, stiffness) = (1e-6_f64, 1e9);
+    let felt = stiffness * 4.0 / 3.0 * height * (2.0 * height).sqrt();
+    let felt_by = |method, says| {
+        let start = Vector3::new(height - 0.5, 1.0, 0.0);
+        let solver = Solver::checked(method, tolerance(1e-8));
+        let run = solver.solve(&Ceiling { stiffness, says }, 0.0..2.3, start, Output::Steps);
+        run.map(|run| run.last().unwrap().1[2])
+    };
+    for method in METHODS {
+        let told = felt_by(method, true).unwrap();
+        assert!((told - felt).abs() < 1e-5 * felt, "{method:?}: {told} {felt}");
+    }
+    // Nothing else tells of it.
+    assert_eq!(felt_by(METHODS[0], false).unwrap(), 0.0);
 }

@@ -1364,8 +1364,8 @@ fn what_a_machine_has_beside_comes_back() {
     }
 }
 
-/// Smoothed velocities of the first rows see rows of one side only, and the teeth are loaded where a
-/// joint turns.
+/// Smoothed velocities of the first rows see rows of one side only, and the teeth are loaded where
+/// a joint turns.
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn the_state_of_logs_that_begin_in_motion_is_found() {

@@ -38,7 +38,7 @@ use bristle::companion::CompletedStep;
 use bristle::ode::System;
 use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
-use bristle::{Branch, Bristle, Scalar};
+use bristle::{Branch, Bristle, Scalar, Surface};
 
 /// Parameters of [`GearedJoint`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -299,6 +299,16 @@ where
         let GearedJointParameters { motor, external, .. } = &self.parameters;
         let first = motor.next_kink(time, towards);
         external.next_kink(time, first.unwrap_or(towards)).or(first)
+    }
+
+    #[inline]
+    fn switching_function(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<T> {
+        let (gear, [_, velocity, deflection]) = (self.gear(), <[T; 3]>::from(*state));
+        let (contact, sliding) = (gear.contact(), branch.of(velocity));
+        // Most models have none, and need no torques.
+        contact.switching_function(sliding, deflection)?;
+        let scale = gear.load(self.torques(time, state)) / contact.reference_load();
+        contact.model().switching_function(Surface::scaled(sliding, scale), deflection)
     }
 
     fn longest_step(&self) -> Option<T> {
