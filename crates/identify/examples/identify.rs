@@ -199,7 +199,7 @@ fn search(
     };
     let gradient_runs = arguments.count("runs");
     let settings = Settings { loss, gradient_runs, horizons, ..Settings::default() };
-    let files = fitted;
+    let files = [("log ", fitted), ("held-out log ", held_out)];
     let [fitted, held_out] = [fitted, held_out].map(logs::logs);
     let parts = models.len() * gradient_runs;
     let mut bar = bristle_charts::Progress::new("runs, of at most", parts);
@@ -222,9 +222,11 @@ fn search(
 }
 
 /// A report whose remarks name the files in place of the numbers of the logs.
-fn with_files(report: &str, files: &[Named]) -> String {
+fn with_files(report: &str, groups: [(&str, &[Named]); 2]) -> String {
     let line = |line: &str| {
-        let rest = line.strip_prefix("log ").unwrap_or_default();
+        let found =
+            groups.iter().find_map(|(what, files)| Some((line.strip_prefix(what)?, *files)));
+        let (rest, files) = found.unwrap_or_default();
         let number = rest.trim_start_matches(|c: char| c.is_ascii_digit());
         let place = rest[..rest.len() - number.len()].parse::<usize>().ok();
         match place.and_then(|place| files.get(place)) {

@@ -129,6 +129,15 @@ pub enum Remark {
         /// deviation of the position there \[–\].
         error: f64,
     },
+    /// The errors of the position over a whole log that was held out are larger than a third of the
+    /// standard deviation of its motion: another unit or sign, another machine, or stick-slip,
+    /// which no model follows for long.
+    NotPredicted {
+        /// Number of the log among those held out, from zero.
+        log: usize,
+        /// Root mean square of the errors over the standard deviation of the position \[–\].
+        error: f64,
+    },
     /// The motion is so sensitive to the parameters that simulations over the length asked for say
     /// nothing: shorter ones were fitted. Stick-slip has such a motion. So has a log that is too
     /// short, or moves too little, for its parameters: the search then begins far from them.
@@ -191,7 +200,13 @@ impl fmt::Display for Remark {
             Self::Unexplained { log, error } => write!(
                 f,
                 "log {log}: THIS MODEL DOES NOT EXPLAIN THE LOG: its errors are {:.0} % of the \
-                 motion; one wrong log spoils all, fit each log alone",
+                 motion over the segments that were fitted; if there are others, fit each log \
+                 alone, for one wrong log spoils all",
+                100.0 * error
+            ),
+            Self::NotPredicted { log, error } => write!(
+                f,
+                "held-out log {log} IS NOT PREDICTED: the errors are {:.0} % of its motion",
                 100.0 * error
             ),
             Self::Shortened { asked, fitted } => write!(
@@ -280,16 +295,18 @@ impl Fit {
     }
 }
 
+/// The name of a parameter, with the number of the log whose own it is.
+fn label(parameter: &Parameter, log: Option<usize>) -> String {
+    log.map_or_else(|| parameter.name.into(), |log| format!("{}[{log}]", parameter.name))
+}
+
 impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "parameter                     value   std. error  unit  verdict")?;
         for Estimate { parameter, log, value, standard_error, verdict } in &self.estimates {
             let unit = if parameter.unit.is_empty() { "–" } else { parameter.unit };
             let (value, error) = (Number(*value), Number(*standard_error));
-            let name = match log {
-                Some(log) => format!("{}[{log}]", parameter.name),
-                None => parameter.name.into(),
-            };
+            let name = label(parameter, *log);
             writeln!(f, "{name:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}")?;
         }
         for shares in &self.weak {
@@ -303,7 +320,7 @@ impl fmt::Display for Fit {
             for (i, a) in self.estimates.iter().enumerate().take(j) {
                 let correlation = self.correlation.get((i, j)).copied().unwrap_or(f64::NAN);
                 if correlation.abs() > 0.9 {
-                    let (a, b) = (a.parameter.name, b.parameter.name);
+                    let [a, b] = [a, b].map(|it| label(&it.parameter, it.log));
                     writeln!(f, "correlated: {a} and {b}, {correlation:+.3}")?;
                 }
             }

@@ -259,8 +259,17 @@ fn the_simplest_sufficient_model_is_named() {
     // A richer candidate is started from the simpler one, too, and explains no less.
     let error = |i: usize| found.fits[i].fitted.all.simulated.rmse;
     assert!(error(3) < error(2) && error(3) < error(1) && error(4) < 1.02 * error(3), "{found}");
+    // Noise explains all residuals of the true model, and few of those of another.
+    let times = |i: usize| found.fits[i].fit.rmse / found.fits[i].noise.unwrap();
+    assert!((times(3) - 1.0).abs() < 0.3 && times(0) > 3.0, "{} {}", times(3), times(0));
+    assert!(found.fits[0].to_string().contains("the rest is the model's"), "{found}");
     let text = found.to_string();
-    assert!(text.contains("**named**") && text.contains("each by the others"), "{text}");
+    assert!(
+        !text.contains("the rest is the model's")
+            && text.contains("**named**")
+            && text.contains("each by the others"),
+        "{text}"
+    );
 }
 
 /// What is not as in the other tests.
@@ -1186,7 +1195,10 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
         "{missing}"
     );
     let missing = error(Joint::new().known("resistance", 3.0));
-    assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
+    assert_eq!(
+        missing,
+        "torque_constant is NaN, but must be known or started: this drive needs it"
+    );
     let none = dahl(&pendulum(), &[]).unwrap_err().to_string();
     assert_eq!(none, "of logs there must be at least 1, not 0");
     let none = mechanism::compare(&pendulum(), &[], &logs, &[], &Settings::default(), &mut go_on);
@@ -1381,6 +1393,25 @@ fn the_state_of_logs_that_begin_in_motion_is_found() {
         let ([error, own], [_, measured]) = (stiffness(&joint), stiffness(&pendulum()));
         assert!(error.abs() < 3.0 * own && own < 0.5 * measured, "{error} {own} {measured}");
     }
+}
+
+#[test]
+fn a_log_held_out_in_degrees_is_not_predicted() {
+    let [one, other] = [1, 2].map(|seed| run(GRAVITY, seed, false));
+    let mut degrees = other.clone();
+    degrees.position.iter_mut().for_each(|angle| *angle = angle.to_degrees());
+    let held_out = [other, degrees].map(|columns| columns.voltage().unwrap());
+    let (logs, settings) = ([one.voltage().unwrap()], Settings::default());
+    let friction = Friction::coulomb().loaded();
+    let fit = mechanism::fit_joint(&pendulum(), &friction, &logs, &held_out, &settings, &mut go_on);
+    let of_held_out = |remark: &Remark| match *remark {
+        Remark::NotPredicted { log, .. } => Some(log),
+        _ => None,
+    };
+    let fit = fit.unwrap();
+    let told: Vec<_> = fit.fit.remarks.iter().filter_map(of_held_out).collect();
+    assert_eq!(told, [1], "{fit}");
+    assert!(fit.to_string().contains("held-out log 1 IS NOT PREDICTED"), "{fit}");
 }
 
 #[test]

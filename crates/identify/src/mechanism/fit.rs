@@ -193,6 +193,7 @@ pub(super) fn fit_candidate(
         shortened: None,
         stopped: false,
         expected: Vec::new(),
+        noise: None,
         own: None,
         progress,
     };
@@ -212,6 +213,7 @@ pub(super) fn fit_candidate(
         fit,
         horizon: stages.errors.length,
         expected: stages.expected,
+        noise: stages.noise,
         fitted: model.scores(&values, fitted)?,
         held_out: held_out.transpose()?,
         gradient_runs: stages.runs + 1,
@@ -240,6 +242,8 @@ pub(super) struct Stages<'a> {
     pub(super) stopped: bool,
     /// The lengths that were compared.
     pub(super) expected: Vec<ExpectedError>,
+    /// Root mean square of the residuals that noise explains.
+    pub(super) noise: Option<f64>,
     /// Where the stages from the logs have ended, if the last one begins elsewhere.
     own: Option<Vec<f64>>,
     progress: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,

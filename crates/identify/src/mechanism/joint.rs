@@ -267,10 +267,11 @@ impl Joint {
 
     /// For logs that begin in motion, or at rest under load. Smoothed velocities see rows of one
     /// side only at the first row: a simulation begins two half windows of the smoothing later,
-    /// the bristle having been moved along the measured motion, and what is missing there is
-    /// searched, for each log: `initial_velocity` [rad/s], and `initial_deflection` \[–\] over that
-    /// of steady sliding, if the bristle's stiffness is. Logs held out, and those that are
-    /// simulated by the result, have neither.
+    /// the bristle having been moved along the measured motion. What is to be added there is
+    /// searched, for each log: `initial_velocity` [rad/s] to the smoothed velocity, and
+    /// `initial_deflection` \[–\], over that of steady sliding, if the bristle's stiffness is
+    /// searched. They take up errors of the model, too. Logs held out, and those that are simulated
+    /// by the result, have neither.
     #[must_use]
     pub fn in_motion(self) -> Self {
         Self { in_motion: true, ..self }

@@ -54,6 +54,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
         remarks.extend(begins.then_some(Remark::BeginsInMotion { log: number }));
         remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }
+    remarks.extend(not_predicted(result));
     remarks.extend(one_load);
     remarks.extend(one_way.then_some(Remark::OffsetOrDirection));
     let turns = |remark: &Remark| matches!(remark, Remark::ManyTurns { .. });
@@ -77,6 +78,14 @@ fn unexplained(result: &JointFit, logs: &[DriveLog]) -> Vec<Remark> {
     let mut fails: Vec<_> = shares.filter(|(_, error)| !(*error <= UNEXPLAINED)).collect();
     fails.sort_by(|a, b| b.1.total_cmp(&a.1));
     fails.into_iter().map(|(log, error)| Remark::Unexplained { log, error }).collect()
+}
+
+/// The logs held out that are not predicted.
+fn not_predicted(result: &JointFit) -> Vec<Remark> {
+    let scores = result.held_out.iter().flat_map(|group| &group.each);
+    let errors = scores.map(|scores| scores.simulated.relative).enumerate();
+    let fails = errors.filter(|(_, error)| !(*error <= UNEXPLAINED));
+    fails.map(|(log, error)| Remark::NotPredicted { log, error }).collect()
 }
 
 /// What keeps the factors of the load from being told.

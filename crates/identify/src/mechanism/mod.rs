@@ -115,7 +115,9 @@
 //! | `micro_damping` | σ1/μ_d, likewise | FrBD, LuGre |
 //! | `initial_velocity`, `initial_deflection` | not there, of each log | [`Joint::in_motion`] |
 //!
-//! The exponent of the curve is 2, in [`Friction::exponential`] 1; it may start elsewhere, or be
+//! Stiffness and damping of the bristle do not follow the load. A search goes up to a
+//! `micro_stiffness` of 10⁴ over the range of the motion, or farther if it starts beyond. The
+//! exponent of the curve is 2, in [`Friction::exponential`] 1; it may start elsewhere, or be
 //! known.
 //!
 //! # Criteria

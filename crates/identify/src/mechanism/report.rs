@@ -80,6 +80,9 @@ pub struct JointFit {
     /// noise of drive and position leads one to expect: the best one was fitted. Empty where the
     /// lengths were given, or no drive is noisy: the last ones are then whole logs.
     pub expected: Vec<ExpectedError>,
+    /// Root mean square of the residuals that the noise of drive and position explains, if it is
+    /// known. The rest is the model's, and may be in the parameters.
+    pub noise: Option<f64>,
     /// Errors on the logs that were fitted.
     pub fitted: GroupScores,
     /// Errors on the logs held out.
@@ -270,6 +273,15 @@ impl fmt::Display for JointFit {
         write!(f, "fitted over {}", over(self.horizon))?;
         let Self { gradient_runs, run_limit, .. } = self;
         writeln!(f, ", {gradient_runs} runs with derivatives of at most {run_limit}")?;
+        if let Some(noise) = self.noise {
+            let (noise, share) = (Number(noise), Number(self.fit.rmse / noise));
+            write!(
+                f,
+                "residuals are {share:.2} times the {noise:.2} that the noise of drive and "
+            )?;
+            let more = ": the rest is the model's, and may be in the parameters";
+            writeln!(f, "position explains{}", if share.0 > 2.0 { more } else { "" })?;
+        }
         if !self.expected.is_empty() {
             write!(f, "by the noise of drive and position, relative standard errors over")?;
             for ExpectedError { length, ratio } in &self.expected {

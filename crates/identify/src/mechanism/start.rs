@@ -17,7 +17,7 @@ use crate::log::extent;
 use crate::problem::Objective;
 use crate::{Parameter, SearchProgress, SearchSettings};
 use bristle::Scalar;
-use bristle::parameter::{Checked, Named, ParameterError};
+use bristle::parameter::{Checked, Named};
 use bristle::scalar::lit;
 
 /// Hanging angles from which is searched, around the circle.
@@ -51,8 +51,9 @@ pub(super) struct Guess {
 
 /// A constant of the motor.
 fn given(joint: &Joint, name: &'static str, unit: &'static str) -> Checked<Parameter> {
-    let takes = "this drive takes a known or starting value of";
-    let value = joint.given(name).ok_or(ParameterError::chosen(name, takes))?;
+    let rule = "be known or started: this drive needs it";
+    let value = joint.given(name).unwrap_or(f64::NAN);
+    Named(name, value).stated(!value.is_nan(), rule)?;
     Ok(Parameter::positive(name, unit, Named(name, value).positive()?, 30.0))
 }
 
@@ -151,7 +152,8 @@ fn refine(joint: &Joint, logs: &[DriveLog], mut guess: Guess) -> Checked<Guess> 
     let value = |name: &str| model.value(&found.values, usize::MAX, name).unwrap_or(0.0);
     // Of a drive with the wrong sign, neither inertia nor friction is left.
     let left = (value("inertia") / guess.inertia).max(value("coulomb_torque") / guess.coulomb);
-    let rule = "be positive: does the drive have the sign of the position, and both SI units?";
+    let rule =
+        "be clearly positive: does the drive have the sign of the position, and both SI units?";
     Named("inertia", value("inertia")).stated(left > NOTHING, rule)?;
     guess.terms.iter_mut().zip(names()).for_each(|(found, name)| found.0 = value(name));
     let coulomb = value("coulomb_torque").max(0.02 * guess.torque);
