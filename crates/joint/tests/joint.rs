@@ -15,6 +15,7 @@ use bristle_joint::{
     TorqueLoadParameters, VoltageMotor, VoltageMotorParameters,
 };
 use bristle_specimens::draw::Draw;
+use bristle_specimens::implicit::TABLE_2;
 use bristle_specimens::{assert_fields_refuse, assert_refused, assert_within, check};
 use proptest::prelude::*;
 
@@ -618,4 +619,32 @@ fn the_audit_is_of_the_direction_of_the_motion() {
         // The curve at rest: a sum and a difference of its coefficients.
         assert_within(1e-14, 1.0, audit.static_coefficient, want, || format!("{velocity}"));
     }
+}
+
+#[test]
+fn a_tip_sticks_where_the_switching_function_is_negative() {
+    // Under 2.9 N m: 2 and 0.3 by the motor, 0.6 times 1 by the load.
+    let joint = GearedJoint::new(GearedJointParameters {
+        gear: GearFriction::new(GearFrictionParameters {
+            friction: TABLE_2.model(),
+            load: TorqueLoad::new(LOAD).unwrap(),
+            reference_load: REFERENCE,
+            drag: 0.05,
+            fastest: 5.0,
+        })
+        .unwrap(),
+        inertia: 0.02,
+        motor: 0.3,
+        external: -1.0,
+    })
+    .unwrap();
+    let mut both = [0, 0];
+    for i in 0..=60 {
+        let state = Vector3::new(0.1, 1e-3, 1e-5 * f64::from(i));
+        let excess = joint.switching_function(0.0, &state, [Branch::Forward]).unwrap();
+        let sticks = joint.rate(0.0, &state, [Branch::Forward])[2] == 1e-3;
+        assert_eq!(excess < 0.0, sticks, "{i}: {excess}");
+        both[usize::from(sticks)] += 1;
+    }
+    assert!(both[0] > 5 && both[1] > 5, "{both:?}");
 }

@@ -11,7 +11,7 @@ use crate::rows::{Rows, along, spread};
 use bristle::ode::dynamic;
 use bristle::parameter::{Checked, Named, ParameterError};
 use bristle::scalar::lit;
-use bristle::{Branch, Bristle, Contact, Scalar};
+use bristle::{Branch, Bristle, Contact, Scalar, Surface};
 
 /// What acts on a mechanism at one time.
 #[derive(Debug, PartialEq)]
@@ -181,6 +181,22 @@ where
         for (k, (sliding, belt)) in velocities.iter_mut().zip(prescribed).enumerate() {
             *sliding = along(self.mechanism.row(k), &state[n..2 * n]) + belt;
         }
+    }
+
+    fn switching_function(&self, time: T, state: &[T], branches: &[Branch]) -> Option<T> {
+        let (n, m) = self.mechanism.sizes();
+        let zero = T::zero();
+        // Most models have none, and need no forces.
+        (0..m).find_map(|k| self.contact(k).switching_function(zero, zero))?;
+        let [prescribed, load] = self.acting(time, state, &mut vec![zero; n]);
+        let of_contact = |k: usize| {
+            let sliding = along(self.mechanism.row(k), &state[n..2 * n]) + prescribed[k];
+            let contact = self.contact(k);
+            let scale = load[k] / contact.reference_load();
+            let surface = Surface::scaled(branches[k].of(sliding), scale);
+            contact.model().switching_function(surface, state[2 * n + k])
+        };
+        (0..m).filter_map(of_contact).reduce(|product, one| product * one)
     }
 
     fn longest_step(&self) -> Option<T> {

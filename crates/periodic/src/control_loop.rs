@@ -294,6 +294,16 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
         Some(Linearisation { rate, by_state, by_time: SVector::zeros() })
     }
 
+    #[inline]
+    fn switching_function(
+        &self,
+        _: f64,
+        state: &SVector<f64, N>,
+        [branch]: [Branch; 1],
+    ) -> Option<f64> {
+        self.parameters.contact.switching_function(branch.of(state[1]), state[2])
+    }
+
     /// The position error that the controller does not feel at breakaway, and what the mass does
     /// from there: it swings, no faster than the damping allows.
     fn scales(&self) -> SVector<f64, N> {

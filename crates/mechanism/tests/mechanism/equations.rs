@@ -1,11 +1,13 @@
 //! Equations of motion: solved, they reach what steps tend to and what others have written out.
 
+use bristle::ode::dynamic::System;
 use bristle::ode::{self, Output, dynamic};
-use bristle::{Bristle, Contact, Dahl, DahlParameters};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters};
 use bristle_mechanism::{
     Acting, ContactState, ElasticJoint, ElasticJointMotion, ElasticJointParameters,
     EquationsOfMotion, Inputs, Motion,
 };
+use bristle_specimens::implicit::TABLE_2;
 
 use crate::arm::{self, TwoLinks, two_links};
 use crate::reference::{self, ROWS, chain, dense, friction};
@@ -37,6 +39,33 @@ fn three_masses_reach_the_reference() {
         let got = [got[..3].to_vec(), got[3..6].to_vec(), got[6..].to_vec()];
         assert!(reference::error(&got) < 1e-9, "{got:?}");
     }
+}
+
+/// Two tips under loads that differ: the product is negative where one of them sticks.
+#[test]
+fn the_switching_function_is_that_of_both_tips() {
+    let contacts = [TABLE_2.model().under_load(1.0).unwrap()];
+    let act = |acting: Acting<'_, f64>| acting.load.copy_from_slice(&[1.4, 0.5]);
+    let chain = chain();
+    let system = EquationsOfMotion::new(&chain, &contacts, [0.1, 0.1], act).unwrap();
+    let branches = [Branch::Forward; 2];
+    let (mut seen, mut rate) = ([0; 4], vec![0.0; 8]);
+    for i in 0..400_u32 {
+        let deflections = [f64::from(i % 20), f64::from(i / 20)].map(|i| 2.2e-5 * i);
+        let state = [&[0.0; 3][..], &[1e-3, 2e-3, 3e-3], &deflections].concat();
+        system.rate(0.0, &state, &branches, &mut rate);
+        let mut sliding = [0.0; 2];
+        system.sliding_velocities(0.0, &state, &mut sliding);
+        let sticks = [0, 1].map(|k| rate[6 + k] == sliding[k]);
+        let product = system.switching_function(0.0, &state, &branches).unwrap();
+        assert_eq!(product < 0.0, sticks[0] != sticks[1], "{i}: {product}");
+        seen[usize::from(sticks[0]) + 2 * usize::from(sticks[1])] += 1;
+    }
+    assert!(seen.iter().all(|&count| count > 5), "{seen:?}");
+    // Other models have none.
+    let contacts = [*friction().contact()];
+    let system = EquationsOfMotion::new(&chain, &contacts, [0.1, 0.1], |_| ()).unwrap();
+    assert_eq!(system.switching_function(0.0, &[0.0; 8], &branches), None);
 }
 
 /// A belt of 0.2 m/s below the first mass, and loads that vary: the same as in short steps.
