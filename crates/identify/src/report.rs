@@ -305,9 +305,13 @@ impl fmt::Display for Fit {
         writeln!(f, "parameter                     value   std. error  unit  verdict")?;
         for Estimate { parameter, log, value, standard_error, verdict } in &self.estimates {
             let unit = if parameter.unit.is_empty() { "–" } else { parameter.unit };
-            let (value, error) = (Number(*value), Number(*standard_error));
-            let name = label(parameter, *log);
-            writeln!(f, "{name:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}")?;
+            let (name, value) = (label(parameter, *log), Number(*value));
+            write!(f, "{name:22} {value:>12.5} ")?;
+            match Number(*standard_error) {
+                Number(nan) if nan.is_nan() => write!(f, "{:>12}", "–")?,
+                error => write!(f, "{error:>12.5}")?,
+            }
+            writeln!(f, "  {unit:5} {verdict}")?;
         }
         for shares in &self.weak {
             write!(f, "no effect on the data:")?;

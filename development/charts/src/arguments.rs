@@ -198,7 +198,7 @@ impl Arguments {
     pub(super) fn parse_from(mut self, words: impl IntoIterator<Item = String>) -> Result<Values> {
         let misuse = |text: String| Unusable::Misuse(text);
         let mut out_dir = PathBuf::from(DEFAULT_OUT);
-        let mut file = None;
+        let (mut file, mut given) = (None, Vec::new());
         let mut words = words.into_iter().peekable();
         while let Some(word) = words.next() {
             if self.takes_file && file.is_none() && !word.starts_with('-') {
@@ -234,7 +234,11 @@ impl Arguments {
                     }
                     option.value.extend(files.iter().map(|file| format!("{file}\n")));
                 }
+                Some(option) if given.contains(&option.name) => {
+                    return Err(misuse(format!("{name} is given twice")).into());
+                }
                 Some(option) => {
+                    given.push(option.name);
                     option.value = value.ok_or_else(missing)?;
                     if !option.accepts(&option.value) {
                         let given = &option.value;

@@ -49,6 +49,7 @@ fn refusals_name_the_option_the_value_and_the_rule() {
     assert_eq!(refusal(&["--samples=2.5"]), format!("{count} \"2.5\" was given"));
     assert_eq!(refusal(&["--end"]), "--end needs a value (a number, positive)");
     assert_eq!(refusal(&["--out="]), "--out needs a value (a folder)");
+    assert_eq!(refusal(&["--end", "3", "--end=4"]), "--end is given twice");
     let known = "there are --end, --offset, --samples, --out, --help";
     assert_eq!(refusal(&["--edn", "3"]), format!("unknown option \"--edn\"; {known}"));
     assert_eq!(refusal(&["end"]), format!("unknown option \"end\"; {known}"));

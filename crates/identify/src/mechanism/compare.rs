@@ -210,7 +210,10 @@ impl fmt::Display for Comparison {
             let (left_out, error) = (Number(root), Number(0.5 * error / root));
             let (length, fitted) = (over(fit.horizon), fit.fitted.all.simulated);
             write!(f, "| {name} | {free} | {length} | {fitted} |")?;
-            write!(f, " {left_out:.2} ± {error:.1} | ")?;
+            match root.is_nan() {
+                true => write!(f, " – | ")?,
+                false => write!(f, " {left_out:.2} ± {error:.1} | ")?,
+            }
             fit.held_out.iter().try_for_each(|scores| write!(f, "{}", scores.all.simulated))?;
             let best = if self.best == Some(i) { ", best" } else { "" };
             let simplest = if self.simplest == Some(i) { ", **named**" } else { "" };
