@@ -74,15 +74,15 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// that falls between the stages of a step is found by the
 /// [switching function](crate::ode::System::switching_function).
 /// There is no kink at v = 0. In the stick-slip rig of the paper, 60 s, it takes 1.34 times the
-/// evaluations of FrBD at a tolerance of 1e-4 and 1.19 times at 1e-8:
+/// evaluations of FrBD at a tolerance of 1e-4 and 1.24 times at 1e-8 (`Solver::adaptive`):
 ///
 /// | relative tolerance | 1e-4 | 1e-6 | 1e-8 | 1e-10 |
 /// |---|---|---|---|---|
 /// | error of the period \[s\], `DormandPrince8` | 2e-5 | 3e-6 | 4e-8 | 1e-9 |
 /// | … of [`DormandPrince`](crate::ode::DormandPrince) | 3e-3 | 4e-6 | 7e-8 | 1e-9 |
 /// | … of [`Rodas5P`](crate::ode::Rodas5P) | 9e-5 | 1e-5 | 5e-8 | 1e-9 |
-/// | evaluations (FrBD at 1e-4, 1e-8: 15 190, 24 585) | 20 318 | 23 338 | 29 195 | 40 924 |
-/// | evaluations, `Rodas5P` | 4 342 | 8 101 | 16 221 | 35 380 |
+/// | evaluations (FrBD at 1e-4, 1e-8: 13 737, 22 267) | 18 395 | 21 710 | 27 516 | 37 178 |
+/// | evaluations, `Rodas5P` | 4 411 | 8 137 | 16 280 | 35 415 |
 ///
 /// With `DormandPrince8` at tolerances of 1e-9, 1e-11 and 1e-12 the force of such a run is 4e-6,
 /// 1e-8 and 4e-10 N off at worst, where the body stops and the force falls by 56 N/s. The equation

@@ -210,9 +210,10 @@ impl fmt::Display for Comparison {
             let (left_out, error) = (Number(root), Number(0.5 * error / root));
             let (length, fitted) = (over(fit.horizon), fit.fitted.all.simulated);
             write!(f, "| {name} | {free} | {length} | {fitted} |")?;
-            match root.is_nan() {
-                true => write!(f, " – | ")?,
-                false => write!(f, " {left_out:.2} ± {error:.1} | ")?,
+            if root.is_nan() {
+                write!(f, " – | ")?;
+            } else {
+                write!(f, " {left_out:.2} ± {error:.1} | ")?;
             }
             fit.held_out.iter().try_for_each(|scores| write!(f, "{}", scores.all.simulated))?;
             let best = if self.best == Some(i) { ", best" } else { "" };

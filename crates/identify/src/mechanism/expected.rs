@@ -177,7 +177,7 @@ impl Stages<'_> {
             fit.outcome = SearchOutcome::Stopped;
         }
         let Some((sizes, noise)) = sizes else { return Ok(()) };
-        self.noise = Some(noise.max(0.0).sqrt());
+        self.noise = Some(noise.sqrt()).filter(|noise| *noise > 0.0);
         let unexplained = (1.0 - 2.0 * noise / (fit.rmse * fit.rmse)).max(0.0);
         let problem = Problem::new(&self.errors, &self.parameters)?;
         let slopes = problem.slopes(&values);

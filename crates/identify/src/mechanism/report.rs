@@ -80,8 +80,8 @@ pub struct JointFit {
     /// noise of drive and position leads one to expect: the best one was fitted. Empty where the
     /// lengths were given, or no drive is noisy: the last ones are then whole logs.
     pub expected: Vec<ExpectedError>,
-    /// Root mean square of the residuals that the noise of drive and position explains, if it is
-    /// known. The rest is the model's, and may be in the parameters.
+    /// Root mean square of the residuals that the noise of drive and position explains, if there
+    /// is any. The rest is the model's, and may be in the parameters.
     pub noise: Option<f64>,
     /// Errors on the logs that were fitted.
     pub fitted: GroupScores,
