@@ -6,7 +6,7 @@
 //! with dⱼ some √ε of the scale of state j. To both sides, since a bristle about to yield has a
 //! derivative of nearly zero: what is left of a difference to one side is then |v| times z. A kink
 //! of the right-hand side may lie between, so only one that fails again and again, at other points
-//! along other directions, is refused.
+//! along other directions, is refused; and none where a switching function tells of the kink.
 
 use super::failure::StopReason;
 use super::integration::Integration;
@@ -82,6 +82,12 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
             let size = self.scales[i].abs().larger(state[i].abs());
             let apart = size * part * self.derivatives.number::<T>();
             (ahead[i], behind[i]) = (state[i] + apart, state[i] - apart);
+        }
+        let side = |state: &V| self.system.switching(time, state, &self.branches);
+        if let (Some(one), Some(other)) = (side(&ahead), side(&behind))
+            && !(one * other > T::zero())
+        {
+            return None;
         }
         let rates = [self.evaluate(time, &ahead), self.evaluate(time, &behind)];
         (0..states).find(|&i| {

@@ -97,8 +97,9 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         };
         let errors = (&self.kinks.missed(), &end.scale);
         let carried = self.growth.carried((&mut times, growth.as_ref()), stability, errors);
+        let square = self.growth.counted(jacobians, (step, trial.order), (square, part));
         let carried = (carried, growth.as_ref(), stability);
-        self.growth.step(carried, (trial, square * part * part), &end.scale);
+        self.growth.step(carried, (trial, square), &end.scale);
         None
     }
 

@@ -24,6 +24,8 @@
 
 use core::marker::PhantomData;
 
+use nalgebra::ComplexField;
+
 use super::stepper::TrialStep;
 use super::storage::{Entries, States, columns, eliminate, product, slices, substitute};
 use crate::Scalar;
@@ -57,6 +59,9 @@ const FAR: f64 = 1e-2;
 /// small by accident.
 const LEFT: f64 = 0.1;
 
+/// The estimate of a step tells of the next one, unless that is so many times longer.
+const LEAP: f64 = 2.0;
+
 /// ln LEFT.
 const DIES: f64 = -2.3;
 
@@ -69,13 +74,21 @@ pub(super) struct Growth<T, V> {
     allowed: V,
     /// The largest error so far, over these.
     pub(super) greatest: f64,
+    /// The last step \[s\], and the mean square of its estimated error over the tolerances.
+    last: (f64, f64),
     scalar: PhantomData<T>,
 }
 
 impl<T: Scalar, V: States<T>> Growth<T, V> {
     pub(super) fn new(state: &V) -> Self {
         let zero = || V::filled(state.count(), T::zero());
-        Self { error: zero(), allowed: zero(), greatest: 0.0, scalar: PhantomData }
+        Self {
+            error: zero(),
+            allowed: zero(),
+            greatest: 0.0,
+            last: (0.0, 0.0),
+            scalar: PhantomData,
+        }
     }
 
     /// The error of the solution over a step, given what writes hJ x for any x, with hJ where it is
@@ -113,6 +126,32 @@ impl<T: Scalar, V: States<T>> Growth<T, V> {
             }
         }
         carried
+    }
+
+    /// The mean square of the error of a step h that counts, of its estimate by order q, given J at
+    /// both ends and the part that is taken of the estimate of a short step. One over which a state
+    /// grows is not short; and its estimate, which may vanish by chance, is no less than that of
+    /// the step before times h^q.
+    pub(super) fn counted(
+        &mut self,
+        ends: Option<[&V::Matrix; 2]>,
+        (step, order): (T, u8),
+        (square, part): (f64, f64),
+    ) -> f64 {
+        let (states, step) = (self.error.count(), to_f64(step));
+        let mut grows = 0.0;
+        for end in ends.iter().flatten() {
+            for i in 0..states {
+                grows = f64::max(grows, step * to_f64(end.entries()[i * states + i]));
+            }
+        }
+        let grows = grows.min(1.0);
+        let (length, before) = core::mem::replace(&mut self.last, (step, square));
+        let longer = (step / length).abs();
+        let power = ComplexField::powi(longer, 2 * i32::from(order));
+        let expected = if longer < LEAP { before * power * grows } else { 0.0 };
+        let part = part.max(grows);
+        part * part * if expected > square { expected } else { square }
     }
 
     /// Takes a step: what is carried over it with hJ and the rₖ, the trial with the mean square of

@@ -85,8 +85,10 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
 
     /// A quantity that passes zero where f has a kink, or jumps, without a reversal: the gap to a
     /// floor, or that [of a bristle](crate::Bristle::switching_function) whose tip begins to slip.
-    /// Of several their product. The driver looks for its zeros between the ends of a step, too: a
-    /// touch that lasts for a part of a step may fall between the stages. `None` if there is none.
+    /// Of several their product. An adaptive step over a zero ends just beyond it, also where the
+    /// signs at both ends are the same: a touch that lasts for a part of a step may fall between
+    /// the stages. What rests at a zero within the tolerances is left alone. `None` if there is
+    /// none.
     fn switching_function(
         &self,
         time: T,

@@ -7,7 +7,7 @@ use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Function, Polyline, Signal, Vertex};
 use bristle::{Branch, Bristle};
 use bristle_specimens::ode::{Integral, OfAny, every_solver, table_2_frbd, tolerance};
-use nalgebra::{Vector1, Vector3};
+use nalgebra::{Vector1, Vector2, Vector3};
 
 use crate::blind_spots::METHODS;
 
@@ -241,4 +241,36 @@ fn a_touch_between_the_stages_is_met_where_a_system_says_what_touches() {
     }
     // Nothing else tells of it.
     assert_eq!(felt_by(METHODS[0], false).unwrap(), 0.0);
+}
+
+/// What rests at a zero of the switching function to a rounding, beside what moves.
+struct Resting {
+    says: bool,
+}
+
+impl System<f64, 2, 0> for Resting {
+    fn rate(&self, time: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Vector2<f64> {
+        Vector2::new(1e2 * (time.sin() - x[0]) + time.cos(), 3.0 * (3.0 * time).cos())
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
+        []
+    }
+
+    fn switching_function(&self, time: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Option<f64> {
+        self.says.then(|| x[0] - time.sin())
+    }
+}
+
+#[test]
+fn what_rests_at_a_zero_shortens_no_steps() {
+    for (method, part) in METHODS.into_iter().flat_map(|method| [(method, 1e-3), (method, 1e-6)]) {
+        let steps = |says| {
+            let solver = Solver::checked(method, tolerance(part));
+            let run = solver.solve(&Resting { says }, 0.0..20.0, Vector2::zeros(), Output::Steps);
+            let statistics = run.unwrap().statistics();
+            (statistics.steps, statistics.rejected)
+        };
+        assert_eq!(steps(true), steps(false), "{method:?} at {part:e}");
+    }
 }
