@@ -14,7 +14,7 @@
 //! `supply`, `enabled` and `external_torque`.
 //!
 //! Without `--held-out` the last third of every log is held out. Logs that begin in motion take
-//! `--begin motion`.
+//! `--begin motion`, or `--begin monday=motion,rest` those whose name has `monday`.
 //!
 //! Leaves `identify.csv`, every row with its errors of position and torque, `identify.svg`, the
 //! measured and the simulated position of the logs held out, and with the feature `serde` the joint
@@ -48,7 +48,7 @@ fn main() -> ExitCode {
                 "linear",
                 "the drive between two rows: linear or held, or command, held without noise",
             )
-            .text("begin", "rest", "how logs begin: rest or motion")
+            .text("begin", "rest", "how logs begin: rest or motion; PART=motion,…,rest, as gain")
             .number("delay", 0.0, "s", "time by which the drive acts later than its rows say")
             .must_be(Rule::AtLeast(0.0))
             .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
@@ -137,11 +137,6 @@ fn joint(arguments: &Values) -> Result<Joint, Box<dyn Error>> {
             other => return Err(format!("--terms has no {other:?}").into()),
         });
     }
-    joint = match arguments.text("begin") {
-        "rest" => joint,
-        "motion" => joint.in_motion(),
-        other => return Err(format!("--begin has no {other:?}").into()),
-    };
     for (name, value) in pairs("start", arguments.text("start"))? {
         joint = joint.start(name, value);
     }

@@ -224,7 +224,7 @@ impl fmt::Display for Remark {
             }
             Self::BeginsInMotion { log } => write!(
                 f,
-                "log {log} begins in motion: with `Joint::in_motion` its state there is searched"
+                "log {log} begins in motion: with `DriveLog::in_motion` its state there is searched"
             ),
             Self::Saturated { log } => {
                 write!(f, "log {log}: the controller is at its limit all along")

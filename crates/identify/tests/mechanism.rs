@@ -302,8 +302,7 @@ fn experiment(case: Case, seed: u64) -> (Joint, Vec<DriveLog>, Vec<(&'static str
     let overstated = 1.0 + 0.1 * Draw(seed + 1).next();
     let mut load = KnownLoad::default();
     match case {
-        Case::HeldAndNoisy => {}
-        Case::InMotion | Case::Preloaded => joint = joint.in_motion(),
+        Case::HeldAndNoisy | Case::InMotion | Case::Preloaded => {}
         Case::Delayed => {
             joint = joint.start("delay", 0.0);
             is("delay", 7.5e-3);
@@ -363,7 +362,10 @@ fn assert_calibrated(case: Case) {
     let seeds = std::env::var("BRISTLE_SEEDS").map_or(10, |text| text.parse::<u64>().unwrap());
     let (mut named, mut all) = (0, Vec::new());
     for seed in 0..seeds {
-        let (joint, logs, truth) = experiment(case, seed);
+        let (joint, mut logs, truth) = experiment(case, seed);
+        if [Case::InMotion, Case::Preloaded].contains(&case) {
+            logs = logs.into_iter().map(DriveLog::in_motion).collect();
+        }
         let found = compared(&joint, &logs);
         let right = Friction::dahl().loaded();
         named += usize::from(found.named().is_some_and(|fit| fit.friction == right));
@@ -1383,14 +1385,15 @@ fn what_a_machine_has_beside_comes_back() {
 fn the_state_of_logs_that_begin_in_motion_is_found() {
     for seed in [0, 5] {
         let (joint, logs, _) = experiment(Case::Preloaded, seed);
-        let stiffness = |joint: &Joint| {
-            let fit = dahl(joint, &logs).unwrap();
+        let stiffness = |logs: &[DriveLog]| {
+            let fit = dahl(&joint, logs).unwrap();
             // The states are not counted.
             assert_eq!(fit.searched(), 8, "{fit}");
             let estimate = fit.fit.estimate("micro_stiffness").unwrap();
             [estimate.value - STIFFNESS, estimate.standard_error]
         };
-        let ([error, own], [_, measured]) = (stiffness(&joint), stiffness(&pendulum()));
+        let begun: Vec<_> = logs.iter().cloned().map(DriveLog::in_motion).collect();
+        let ([error, own], [_, measured]) = (stiffness(&begun), stiffness(&logs));
         assert!(error.abs() < 3.0 * own && own < 0.5 * measured, "{error} {own} {measured}");
     }
 }
@@ -1417,14 +1420,19 @@ fn a_log_held_out_in_degrees_is_not_predicted() {
 #[test]
 fn a_log_that_begins_in_motion_is_told() {
     let log = run(GRAVITY, 1, true).voltage().unwrap();
-    let told = |joint: &Joint, from: f64| {
-        let log = log.between(from, from + 1.0).unwrap();
-        let found = dahl(joint, core::slice::from_ref(&log)).unwrap();
-        found.fit.remarks.contains(&Remark::BeginsInMotion { log: 0 })
-    };
     // At 1.1 s it swings by, and before 0.5 s it rests.
+    let [at_rest, moving] = [0.4, 1.1].map(|from| log.between(from, from + 1.0).unwrap());
     let joint = pendulum().known("micro_stiffness", STIFFNESS).known("inertia", INERTIA);
-    assert!(told(&joint, 1.1) && !told(&joint, 0.4) && !told(&joint.clone().in_motion(), 1.1));
+    let found = dahl(&joint, &[at_rest.clone(), moving.clone()]).unwrap();
+    let told = |remark: &&Remark| matches!(remark, Remark::BeginsInMotion { .. });
+    let told: Vec<_> = found.fit.remarks.iter().filter(told).collect();
+    assert_eq!(told, [&Remark::BeginsInMotion { log: 1 }], "{found}");
+    // Only the state of the log that says so is searched.
+    let found = dahl(&joint, &[at_rest, moving.in_motion()]).unwrap();
+    let of_log = |e: &Estimate| (e.parameter.name == "initial_velocity").then_some(e.log);
+    let searched: Vec<_> = found.fit.estimates.iter().filter_map(of_log).collect();
+    assert_eq!(searched, [Some(1)], "{found}");
+    assert!(!found.to_string().contains("begins in motion"), "{found}");
 }
 
 /// Noise of the voltage that moves the simulated position by more than the encoder's counts.

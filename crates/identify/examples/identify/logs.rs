@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::path::Path;
+use std::str::FromStr;
 
 use bristle::signal::Function;
 use bristle::{Dahl, DahlParameters};
@@ -118,7 +119,7 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
     };
     let load =
         KnownLoad { inertia: known("load-inertia")?, gravity_torque: known("load-gravity")? };
-    Ok(DriveLog::new(DriveLogParameters {
+    let log = DriveLog::new(DriveLogParameters {
         held,
         noisy,
         delay: arguments.number("delay"),
@@ -127,15 +128,20 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
         external_torque: find("external_torque"),
         enabled: enabled.as_deref(),
         ..DriveLogParameters::new(time, position, drive)
-    })?)
+    })?;
+    match by_name::<String>("begin", arguments.text("begin"), stem)?.as_str() {
+        "rest" => Ok(log),
+        "motion" => Ok(log.in_motion()),
+        other => Err(format!("--begin has no {other:?}").into()),
+    }
 }
 
-/// A number for all files, or that of the first part which the name of the file has.
-fn by_name(option: &str, text: &str, stem: &str) -> Result<f64, Box<dyn Error>> {
+/// A value for all files, or that of the first part which the name of the file has.
+fn by_name<T: FromStr>(option: &str, text: &str, stem: &str) -> Result<T, Box<dyn Error>> {
     let values = text.split(',').map(|part| part.split_once('=').unwrap_or(("", part)));
     let found = values.into_iter().find(|(part, _)| stem.contains(part));
     found.and_then(|(_, value)| value.parse().ok()).ok_or_else(|| {
-        format!("--{option} must be NUMBER or PART=NUMBER,…, but {text:?} was given").into()
+        format!("--{option} must be VALUE or PART=VALUE,…, but {text:?} was given").into()
     })
 }
 

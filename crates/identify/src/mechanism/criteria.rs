@@ -221,14 +221,13 @@ mod tests {
         let columns =
             DriveLogParameters { load, ..DriveLogParameters::new(&time, &position, drive) };
         let log = DriveLog::new(columns).unwrap();
-        let logs = [log.between(0.2, 0.7).unwrap(), log];
+        let logs = [log.between(0.2, 0.7).unwrap().in_motion(), log];
         let fan = Term::own("fan", "N m s²/rad²", |_, v| [-v.abs() * v, 0.0, -2.0 * v.abs()]);
         let joint = Joint::new()
             .with(Term::Gravity)
             .with(Term::constant())
             .with(Term::spring())
             .with(fan)
-            .in_motion()
             .start("inertia", 0.01)
             .start("torque_constant", 0.4)
             .start("resistance", 3.0)
@@ -239,7 +238,7 @@ mod tests {
             .start("drag", 0.01)
             .start("coulomb_torque", 0.1);
         let guess = guess(&joint, &logs).unwrap();
-        let model = joint.model(&friction, &guess, 2).unwrap();
+        let model = joint.model(&friction, &guess, &logs).unwrap();
         let model = Model { fastest: 20.0, step: 1e-3, ..model };
         let errors = Errors::new(&model, &logs, length);
         let parameters = &model.parameters;

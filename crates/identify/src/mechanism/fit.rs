@@ -181,7 +181,7 @@ pub(super) fn fit_candidate(
     Named("logs", fitted.len()).count(1)?;
     settings.check([fitted, held_out])?;
     let guess = guess(joint, fitted)?;
-    let model = Model { step: settings.step, ..joint.model(friction, &guess, fitted.len())? };
+    let model = Model { step: settings.step, ..joint.model(friction, &guess, fitted)? };
     let duration = fitted.iter().map(|log| span(&log.time)).fold(0.0, f64::max);
     let mut stages = Stages {
         errors: Errors::new(&model, fitted, INVERSE),

@@ -5,6 +5,7 @@ use core::fmt;
 use std::sync::Arc;
 
 use super::friction::Friction;
+use super::log::DriveLog;
 use super::start::Guess;
 use crate::Parameter;
 use bristle::parameter::{Checked, Named, ParameterError};
@@ -167,7 +168,7 @@ impl Term {
 const OVERSTATED: f64 = 0.5;
 
 /// What the state of each log has where its simulation begins, beside the smoothed velocity and the
-/// deflection along the measured motion, over that of steady sliding: [`Joint::in_motion`].
+/// deflection along the measured motion, over that of steady sliding: [`DriveLog::in_motion`].
 pub(super) const INITIAL: [&str; 2] = ["initial_velocity", "initial_deflection"];
 
 /// The names that a joint takes.
@@ -242,7 +243,6 @@ impl Said {
 pub struct Joint {
     pub(super) terms: Vec<Term>,
     units: Option<Units>,
-    pub(super) in_motion: bool,
     said: Vec<(&'static str, Said)>,
 }
 
@@ -263,18 +263,6 @@ impl Joint {
     #[must_use]
     pub fn in_units(self, units: Units) -> Self {
         Self { units: Some(units), ..self }
-    }
-
-    /// For logs that begin in motion, or at rest under load. Smoothed velocities see rows of one
-    /// side only at the first row: a simulation begins two half windows of the smoothing later,
-    /// the bristle having been moved along the measured motion. What is to be added there is
-    /// searched, for each log: `initial_velocity` [rad/s] to the smoothed velocity, and
-    /// `initial_deflection` \[–\], over that of steady sliding, if the bristle's stiffness is
-    /// searched. They take up errors of the model, too. Logs held out, and those that are simulated
-    /// by the result, have neither.
-    #[must_use]
-    pub fn in_motion(self) -> Self {
-        Self { in_motion: true, ..self }
     }
 
     /// The unit that takes the place of one of translation.
@@ -322,9 +310,14 @@ impl Joint {
         })
     }
 
-    /// The joint with a friction and the parameters of both in their order, for so many logs. Steps
+    /// The joint with a friction and the parameters of both in their order, for some logs. Steps
     /// reach from row to row.
-    pub(super) fn model(&self, friction: &Friction, guess: &Guess, logs: usize) -> Checked<Model> {
+    pub(super) fn model(
+        &self,
+        friction: &Friction,
+        guess: &Guess,
+        logs: &[DriveLog],
+    ) -> Checked<Model> {
         let mut base = vec![Parameter::positive("inertia", "kg", guess.inertia, 1000.0)];
         base.extend(&guess.drive);
         let viscous = guess.torque / guess.speed;
@@ -351,15 +344,17 @@ impl Joint {
             return Err(ParameterError::chosen("offset_torque", rule));
         }
         let (velocity, deflects) = (0.01 * guess.speed, searched("micro_stiffness"));
-        let initial = [("m/s", velocity, self.in_motion), ("", 0.1, self.in_motion && deflects)];
+        let initial = [("m/s", velocity, true), ("", 0.1, deflects)];
         for (name, (unit, size, _)) in INITIAL.into_iter().zip(initial).filter(|(_, it)| it.2) {
             base.push(Parameter::scaled(name, unit, 0.0, -100.0 * size..=100.0 * size, size));
         }
         base.iter_mut().for_each(|parameter| parameter.unit = self.unit(parameter.unit));
         let all = base.into_iter().flat_map(|parameter| {
-            let each = self.said.contains(&(parameter.name, Said::OfEachLog))
-                || INITIAL.contains(&parameter.name);
-            (0..if each { logs } else { 1 }).map(move |log| (parameter, each.then_some(log)))
+            let initial = INITIAL.contains(&parameter.name);
+            let each = initial || self.said.contains(&(parameter.name, Said::OfEachLog));
+            let logs = logs.get(..if each { logs.len() } else { 1 }).unwrap_or_default();
+            let ours = logs.iter().enumerate().filter(move |(_, log)| log.in_motion || !initial);
+            ours.map(move |(log, _)| (parameter, each.then_some(log)))
         });
         let ((parameters, of_logs), joint) = (all.unzip(), self.clone());
         let (friction, fastest, step) = (*friction, guess.fastest, f64::INFINITY);

@@ -41,7 +41,6 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
             estimate.verdict = Identifiability::Unexplained;
         }
     }
-    let in_motion = result.model.joint.in_motion;
     let pendulum = result.fit.estimate("gravity_torque").is_some();
     let mut remarks = unexplained;
     remarks.append(&mut result.fit.remarks);
@@ -50,7 +49,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
         let turns = Remark::ManyTurns { log: number, range };
         remarks.extend((pendulum && range > TURNS).then_some(turns));
         remarks.extend((count > 0).then_some(Remark::Gaps { log: number, count }));
-        let begins = !in_motion && log.begins_in_motion();
+        let begins = !log.in_motion && log.begins_in_motion();
         remarks.extend(begins.then_some(Remark::BeginsInMotion { log: number }));
         remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }

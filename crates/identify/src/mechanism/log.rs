@@ -135,6 +135,8 @@ pub struct DriveLog {
     pub(super) external: Vec<f64>,
     pub(super) enabled: Vec<bool>,
     pub(super) load: KnownLoad,
+    /// Whether it begins in motion, or under load.
+    pub(super) in_motion: bool,
     /// Motion and effort, smoothed.
     pub(super) rows: Vec<Smoothed>,
     /// Time after which it is simulated, if it begins in motion \[s\].
@@ -201,6 +203,7 @@ impl DriveLog {
             held,
             delay,
             load,
+            in_motion: false,
             rows: Vec::new(),
             wait: 0.0,
         }))
@@ -231,6 +234,18 @@ impl DriveLog {
             rows: Vec::new(),
             ..*self
         }))
+    }
+
+    /// A log that begins in motion, or at rest under load. Smoothed velocities see rows of one side
+    /// only at the first row: its simulation begins two half windows of the smoothing later, the
+    /// bristle having been moved along the measured motion. What is to be added there is searched,
+    /// for each such log: `initial_velocity` [rad/s] to the smoothed velocity, and
+    /// `initial_deflection` \[–\], over that of steady sliding, if the bristle's stiffness is
+    /// searched. They take up errors of the model, too. Logs held out, and those that are simulated
+    /// by the result, have neither.
+    #[must_use]
+    pub fn in_motion(self) -> Self {
+        Self { in_motion: true, ..self }
     }
 
     /// Time \[s\] of each row.

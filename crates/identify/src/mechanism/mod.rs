@@ -113,7 +113,7 @@
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
 //! | `micro_stiffness` | σ0/μ_d at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
 //! | `micro_damping` | σ1/μ_d, likewise | FrBD, LuGre |
-//! | `initial_velocity`, `initial_deflection` | not there, of each log | [`Joint::in_motion`] |
+//! | `initial_velocity`, `initial_deflection` | not there, of each log | [`DriveLog::in_motion`] |
 //!
 //! Stiffness and damping of the bristle do not follow the load. A search goes up to a
 //! `micro_stiffness` of 10⁴ over the range of the motion, or farther if it starts beyond. The
@@ -157,9 +157,9 @@
 //! # Limits
 //!
 //! A simulation starts with the smoothed position and velocity of its first row. Begin and end logs
-//! at rest, or leave out rows by [`DriveLog::between`]; of logs that begin in motion, or at rest
-//! under load, the state there can be searched: [`Joint::in_motion`]. Voltage and current are taken
-//! without limits of their own.
+//! at rest, or leave out rows by [`DriveLog::between`]; of each log that begins in motion, or at
+//! rest under load, the state there can be searched: [`DriveLog::in_motion`]. Voltage and current
+//! are taken without limits of their own.
 
 mod compare;
 mod criteria;

@@ -60,10 +60,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
             lag: inductance.zip(value("resistance")).map(|(l, r)| l / r),
             delay: value("delay"),
             terms: names.map(|name| value(name).unwrap_or_else(T::nan)).collect(),
-            initial: model
-                .joint
-                .in_motion
-                .then(|| INITIAL.map(|name| value(name).unwrap_or_else(T::zero))),
+            initial: log.in_motion.then(|| INITIAL.map(|name| value(name).unwrap_or_else(T::zero))),
             gear: GearFriction::new(model.friction.gear(value, model.fastest)?)?,
         })
     }
@@ -252,7 +249,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
     }
 
     /// The row at which a simulation begins that cannot see the motion before its rows: at the
-    /// first, or, if logs begin in motion, where windows of the smoothing that reach to both sides
+    /// first, or, if the log begins in motion, where windows of the smoothing that reach to both sides
     /// have moved the bristle.
     pub(super) fn begins(&self, rows: &Range<usize>) -> usize {
         let wait = if self.initial.is_some() { self.log.wait } else { 0.0 };
@@ -358,7 +355,7 @@ mod tests {
         let log = DriveLog::new(DriveLogParameters::new(&time, &position, drive)).unwrap();
         let joint = known.iter().fold(Joint::new(), |joint, said| joint.known(said.0, said.1));
         let guess = guess(&joint, core::slice::from_ref(&log)).unwrap();
-        let model = joint.model(&Friction::coulomb(), &guess, 1).unwrap();
+        let model = joint.model(&Friction::coulomb(), &guess, core::slice::from_ref(&log)).unwrap();
         let values: Vec<f64> = model.parameters.iter().map(|p| p.start).collect();
         check(&log, &model, &values);
     }

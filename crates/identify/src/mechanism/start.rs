@@ -119,7 +119,7 @@ pub(super) fn guess(joint: &Joint, logs: &[DriveLog]) -> Checked<Guess> {
 
 /// The least squares of the equation of motion, from sizes.
 fn refine(joint: &Joint, logs: &[DriveLog], mut guess: Guess) -> Checked<Guess> {
-    let model = joint.model(&Friction::coulomb(), &guess, logs.len())?;
+    let model = joint.model(&Friction::coulomb(), &guess, logs)?;
     let slowest = 0.1 * guess.speed;
     let rows = || logs.iter().flat_map(|one| &one.rows);
     let moving = rows().filter(|row| row.velocity.abs() >= slowest).count();
