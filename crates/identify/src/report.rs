@@ -138,6 +138,23 @@ pub enum Remark {
         /// Root mean square of the errors over the standard deviation of the position \[–\].
         error: f64,
     },
+    /// A log held out that moves by less than 3 % of the fitted log that moves most, as a joint that
+    /// stands still by counts of its encoder: that it is predicted says nothing.
+    HardlyMoves {
+        /// Number of the log among those held out, from zero.
+        log: usize,
+        /// Its motion over that of the fitted log that moves most, by standard deviations \[–\].
+        share: f64,
+    },
+    /// The errors of the position over a whole log that was fitted are larger than a third of the
+    /// standard deviation of its motion, while those over the segments that were fitted are not:
+    /// small errors add up, as of an axis that nothing holds in its place, or a slip comes late.
+    OffAsWhole {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Root mean square of the errors over the standard deviation of the position \[–\].
+        error: f64,
+    },
     /// The motion is so sensitive to the parameters that simulations over the length asked for say
     /// nothing: shorter ones were fitted. Stick-slip has such a motion. So has a log that is too
     /// short, or moves too little, for its parameters: the search then begins far from them.
@@ -207,6 +224,17 @@ impl fmt::Display for Remark {
             Self::NotPredicted { log, error } => write!(
                 f,
                 "held-out log {log} IS NOT PREDICTED: the errors are {:.0} % of its motion",
+                100.0 * error
+            ),
+            Self::HardlyMoves { log, share } => write!(
+                f,
+                "held-out log {log} hardly moves, by {:.1} % of the fitted log that moves most: it \
+                 tells nothing of larger motions",
+                100.0 * share
+            ),
+            Self::OffAsWhole { log, error } => write!(
+                f,
+                "log {log}: simulated as a whole, the model is off by {:.0} % of the motion",
                 100.0 * error
             ),
             Self::Shortened { asked, fitted } => write!(

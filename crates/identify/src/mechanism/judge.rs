@@ -9,7 +9,7 @@
 use super::criteria::INVERSE;
 use super::log::DriveLog;
 use super::plant::Plant;
-use super::report::{JointFit, Score};
+use super::report::{GroupScores, JointFit, Score};
 use crate::log::extent;
 use crate::{Identifiability, Remark};
 
@@ -53,7 +53,8 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
         remarks.extend(begins.then_some(Remark::BeginsInMotion { log: number }));
         remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }
-    remarks.extend(not_predicted(result));
+    let whole = over_whole_logs(result, &remarks);
+    remarks.extend(whole);
     remarks.extend(one_load);
     remarks.extend(one_way.then_some(Remark::OffsetOrDirection));
     let turns = |remark: &Remark| matches!(remark, Remark::ManyTurns { .. });
@@ -64,13 +65,17 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
     result.fit.remarks = remarks;
 }
 
+/// Standard deviation of the motion to which errors are compared.
+fn motion(score: &Score) -> f64 {
+    score.rmse / score.relative
+}
+
 /// The logs that the model does not explain, the worst first; none where only torques were fitted.
 fn unexplained(result: &JointFit, logs: &[DriveLog]) -> Vec<Remark> {
     if result.horizon == INVERSE {
         return Vec::new();
     }
     let (_, errors) = result.model.errors(&result.fit.values(), logs, result.horizon);
-    let motion = |score: &Score| score.rmse / score.relative;
     let least = LEAST_MOTION * errors.iter().map(motion).fold(0.0, f64::max);
     let shares = errors.iter().map(|score| score.rmse / motion(score).max(least)).enumerate();
     // NaN, where the model has no answer, explains nothing.
@@ -79,12 +84,25 @@ fn unexplained(result: &JointFit, logs: &[DriveLog]) -> Vec<Remark> {
     fails.into_iter().map(|(log, error)| Remark::Unexplained { log, error }).collect()
 }
 
-/// The logs held out that are not predicted.
-fn not_predicted(result: &JointFit) -> Vec<Remark> {
-    let scores = result.held_out.iter().flat_map(|group| &group.each);
-    let errors = scores.map(|scores| scores.simulated.relative).enumerate();
-    let fails = errors.filter(|(_, error)| !(*error <= UNEXPLAINED));
-    fails.map(|(log, error)| Remark::NotPredicted { log, error }).collect()
+/// What simulations of whole logs say, beside what is said of the segments that were fitted.
+fn over_whole_logs(result: &JointFit, said: &[Remark]) -> Vec<Remark> {
+    let each = |group: &GroupScores| group.each.iter().map(|scores| scores.simulated).collect();
+    let fitted: Vec<Score> = each(&result.fitted);
+    let held_out: Vec<Score> = result.held_out.as_ref().map(each).unwrap_or_default();
+    let most = fitted.iter().map(motion).fold(0.0, f64::max);
+    let fails = |it: &Score| !(it.rmse <= UNEXPLAINED * motion(it).max(LEAST_MOTION * most));
+    let mut remarks = Vec::new();
+    for (log, score) in fitted.iter().enumerate() {
+        let is_said = |it: &Remark| matches!(*it, Remark::Unexplained { log: of, .. } if of == log);
+        let is_new = fails(score) && !said.iter().any(is_said);
+        remarks.extend(is_new.then_some(Remark::OffAsWhole { log, error: score.relative }));
+    }
+    for (log, score) in held_out.iter().enumerate() {
+        let (error, share) = (score.relative, motion(score) / most);
+        remarks.extend(fails(score).then_some(Remark::NotPredicted { log, error }));
+        remarks.extend((share < LEAST_MOTION).then_some(Remark::HardlyMoves { log, share }));
+    }
+    remarks
 }
 
 /// What keeps the factors of the load from being told.

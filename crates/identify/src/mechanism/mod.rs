@@ -135,7 +135,9 @@
 //!
 //! Where the errors of the position exceed a third of the standard deviation of the motion, the
 //! model does not explain the log: a wrong sign, a missing torque, degrees. A remark names the log,
-//! the worst first, and no parameter is determined then.
+//! the worst first, and no parameter is determined then. Where the segments that were fitted are
+//! explained and the whole log is not, a remark says that alone: where nothing holds the position,
+//! small errors add up. So do remarks of logs held out, also of one in which hardly anything moves.
 //!
 //! Simulations take passive steps of at most 1 ms, see
 //! [`GearFriction::joint_step`](bristle_joint::GearFriction::joint_step). Dual numbers through them
