@@ -930,6 +930,7 @@ fn a_candidate_never_ends_above_one_that_it_contains() {
         assert!(other.1 <= other.0 * (1.0 + tolerance), "{} {other:?}\n{found}", one.friction);
         assert!(one.horizon == f64::INFINITY, "{found}");
     }
+    assert!(found.to_string().contains("| fitted | each by the others | held out |"), "{found}");
 }
 
 /// The result is that of the log: not of the last digits of its columns, nor of the starts.
@@ -1332,6 +1333,8 @@ fn logs_held_out_take_no_part_in_the_choice() {
         mechanism::compare(&joint, &candidates, &fitted, held_out, &settings, &mut go_on).unwrap()
     };
     let (alone, beside) = (found(&[]), found(&other));
+    // Over another length than that of the whole logs beside it.
+    assert!(alone.to_string().contains("| fitted, whole logs | each by the others, 0.5 s |"));
     assert_eq!((&alone.left_out, alone.simplest), (&beside.left_out, beside.simplest));
     let scores = beside.fits[0].held_out.as_ref().unwrap().all.simulated;
     assert!(alone.fits[0].held_out.is_none() && scores.rmse > 0.0);

@@ -106,9 +106,7 @@ pub fn compare(
     if let (true, Some((_, error))) = (fits.is_empty(), refused.first()) {
         return Err(*error);
     }
-    let converged = |fit: &&JointFit| fit.fit.outcome == SearchOutcome::Converged;
-    let lengths = fits.iter().filter(converged).map(|fit| fit.horizon);
-    let length = lengths.fold(f64::INFINITY, f64::min);
+    let length = shortest(&fits);
     let mut squares = vec![Vec::new(); fits.len()];
     for (candidate, (fit, squares)) in fits.iter().zip(&mut squares).enumerate() {
         let mut watch = |now: &Progress<'_>| tell(candidate, now);
@@ -119,6 +117,15 @@ pub fn compare(
     let left_out: Vec<_> = squares.iter().map(|squares| mean_and_error(squares)).collect();
     let [best, simplest] = named(&fits, &squares, &left_out);
     Ok(Comparison { fits, refused, left_out, best, simplest })
+}
+
+fn converged(fit: &&JointFit) -> bool {
+    fit.fit.outcome == SearchOutcome::Converged
+}
+
+/// The length over which candidates are compared.
+fn shortest(fits: &[JointFit]) -> f64 {
+    fits.iter().filter(converged).map(|fit| fit.horizon).fold(f64::INFINITY, f64::min)
 }
 
 /// The places of the best candidate and of the simplest one that is as good.
@@ -203,8 +210,13 @@ impl Comparison {
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let length = self.fits.first().map_or("", |fit| fit.model.joint.unit("m"));
-        write!(f, "| {length}: rmse (mean size, relative) | free | over | fitted |")?;
-        writeln!(f, " each by the others | held out | search |\n|---|---|---|---|---|---|---|")?;
+        let (whole, others) = match shortest(&self.fits) {
+            f64::INFINITY => ("", String::new()),
+            one => (", whole logs", format!(", {}", over(one))),
+        };
+        write!(f, "| {length}: rmse (mean size, relative) | free | over | fitted{whole} |")?;
+        write!(f, " each by the others{others} | held out{whole} | search |")?;
+        writeln!(f, "\n|---|---|---|---|---|---|---|")?;
         for (i, (fit, [square, error])) in self.fits.iter().zip(&self.left_out).enumerate() {
             let (name, free, root) = (fit.friction, fit.searched(), square.sqrt());
             let (left_out, error) = (Number(root), Number(0.5 * error / root));
