@@ -216,16 +216,19 @@ fn search(
     Ok(fit)
 }
 
-/// A report whose remarks name the files in place of the numbers of the logs.
+/// A report whose remarks and rows of logs name the files in place of the numbers of the logs.
 fn with_files(report: &str, groups: [(&str, &[Named]); 2]) -> String {
     let line = |line: &str| {
+        let text = line.trim_start();
         let found =
-            groups.iter().find_map(|(what, files)| Some((line.strip_prefix(what)?, *files)));
+            groups.iter().find_map(|(what, files)| Some((text.strip_prefix(what)?, *files)));
         let (rest, files) = found.unwrap_or_default();
         let number = rest.trim_start_matches(|c: char| c.is_ascii_digit());
         let place = rest[..rest.len() - number.len()].parse::<usize>().ok();
         match place.and_then(|place| files.get(place)) {
-            Some(Named { name, .. }) => format!("{name}{number}\n"),
+            Some(Named { name, .. }) if line == text => format!("{name}{number}\n"),
+            // A row of a table.
+            Some(Named { name, .. }) => format!("  {name:25} {}\n", number.trim_start()),
             None => format!("{line}\n"),
         }
     };
@@ -302,4 +305,22 @@ fn report(
     }
     println!("{}", figure.save(arguments.out_dir(), "identify")?.display());
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_and_remarks_of_logs_have_the_names_of_their_files() -> Result<(), Box<dyn Error>> {
+        let (fitted, held_out) = logs::synthetic()?;
+        let report = "fitted    1\n  log 1    2\n  held-out log 0   3\nlog 0 has gaps\nlog 7: no";
+        let named = with_files(report, [("log ", &fitted), ("held-out log ", &held_out)]);
+        let want = format!(
+            "fitted    1\n  {:25} 2\n  {:25} 3\nsmall swings has gaps\nlog 7: no\n",
+            "large swings", "predicted log"
+        );
+        assert_eq!(named, want);
+        Ok(())
+    }
 }

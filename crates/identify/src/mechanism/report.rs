@@ -291,12 +291,13 @@ impl fmt::Display for JointFit {
         }
         let [torque, length] = ["N", "m"].map(|unit| self.model.joint.unit(unit));
         writeln!(f, "rmse (mean size, relative)  {torque:26} {length}, whole logs")?;
-        let groups = [("fitted", Some(&self.fitted)), ("held out", self.held_out.as_ref())];
-        for (name, group) in groups {
+        let fitted = ("fitted", "log", Some(&self.fitted));
+        for (name, what, group) in [fitted, ("held out", "held-out log", self.held_out.as_ref())] {
             let Some(GroupScores { all, each }) = group else { continue };
             writeln!(f, "{name:27} {:26} {}", all.inverse, all.simulated)?;
             for (log, scores) in each.iter().enumerate().filter(|_| each.len() > 1) {
-                writeln!(f, "  log {log:<21} {:26} {}", scores.inverse, scores.simulated)?;
+                let name = format!("  {what} {log}");
+                writeln!(f, "{name:27} {:26} {}", scores.inverse, scores.simulated)?;
             }
         }
         Ok(())
