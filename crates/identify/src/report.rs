@@ -183,6 +183,16 @@ pub enum Remark {
         /// Number of the log, from zero.
         log: usize,
     },
+    /// A log stands still most of its time. What friction holds there is anything up to its limit,
+    /// decided by motions below a count of the encoder, and noise of the drive makes the simulated
+    /// joint creep: other torques can take the place of friction, as a larger gravity that hangs
+    /// where the log stands, by many standard errors. Fit the moves alone, each a log.
+    MostlyAtRest {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Share of its rows at rest \[–\].
+        share: f64,
+    },
     /// The controller of a log is at its limit all along: its goal and gain do not count.
     Saturated {
         /// Number of the log, from zero.
@@ -253,6 +263,12 @@ impl fmt::Display for Remark {
             Self::BeginsInMotion { log } => write!(
                 f,
                 "log {log} begins in motion: with `DriveLog::in_motion` its state there is searched"
+            ),
+            Self::MostlyAtRest { log, share } => write!(
+                f,
+                "log {log} stands still for {:.0} % of its time: friction that holds may be taken \
+                 for other torques; fit the moves alone, each a log by `DriveLog::between`",
+                100.0 * share
             ),
             Self::Saturated { log } => {
                 write!(f, "log {log}: the controller is at its limit all along")

@@ -1534,3 +1534,55 @@ fn standard_errors_know_the_noise_of_the_drive() {
     let found = dahl(&pendulum(), &[log]).unwrap();
     assert!(found.expected.is_empty() && found.horizon == f64::INFINITY, "{found}");
 }
+
+/// Six moves within 0.2 rad, 2.5 s apart, by a controller that holds a pendulum of 1.2 N m in
+/// between, as its friction does; the torque with noise of 12 mN m.
+fn held() -> DriveLog {
+    let mut draw = Draw(1077);
+    (0..10).for_each(|_| _ = draw.next());
+    let places: [f64; 7] =
+        core::array::from_fn(|i| 0.5 + if i == 0 { 0.0 } else { 0.2 * (2.0 * draw.next() - 1.0) });
+    let torque = |now: JointMotion<f64>| {
+        let (number, share) = ((now.time / 2.5) as usize, (5.0 * (now.time / 2.5).fract()));
+        let [from, to] = [0, 1].map(|next| places[(number + next).min(6)]);
+        let turn = core::f64::consts::PI * (share - 4.0).max(0.0);
+        let goal = from + (to - from) * 0.5 * (1.0 - turn.cos());
+        let speed = (to - from) * core::f64::consts::PI * turn.sin();
+        let feedback = 40.0 * (goal - now.angle) + 0.6 * (speed - now.velocity);
+        let value = 1.08 * now.angle.sin() + feedback;
+        JointInputValue { by_angle: -40.0, by_velocity: -0.6, ..JointInputValue::constant(value) }
+    };
+    let law = TorqueLoadParameters { idle_load: 0.4, motor_share: 0.2, external_share: 0.5 };
+    let torques: [External<'_>; 2] = [&torque, &|now| gravity(1.2, 0.0).at(now)];
+    let states = motion(200.0, TorqueLoad::new(law).unwrap(), torques, 0.5, 3000);
+    let count = core::f64::consts::TAU / 4096.0;
+    let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
+    for JointState { time, angle, velocity, .. } in states {
+        columns.time.push(time);
+        columns.position.push((angle / count).round() * count);
+        let measured = torque(JointMotion { time, angle, velocity }).value;
+        columns.drive.push(measured + 0.012 * draw.gauss());
+    }
+    columns.torque().unwrap()
+}
+
+/// Friction that holds is anything up to its limit: a constant one leaves the rest to gravity.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_log_that_mostly_stands_still_is_told_and_its_moves_tell_more() {
+    let whole = held();
+    let joint = Joint::new().with(Term::Gravity);
+    let (constant, settings) = (Friction::coulomb(), Settings::default());
+    let found = fitted(constant, &joint, core::slice::from_ref(&whole), &settings);
+    let gravity = found.value("gravity_torque").unwrap();
+    let at_rest = |remark: &Remark| matches!(remark, Remark::MostlyAtRest { log: 0, .. });
+    // What the page says.
+    assert!((gravity - 6.8).abs() < 0.4 && found.fit.remarks.iter().any(at_rest), "{found}");
+    assert!(found.to_string().contains("log 0 stands still for 8"), "{found}");
+    assert!(found.value("hanging_angle").unwrap().abs() <= core::f64::consts::PI, "{found}");
+    let moves = (0..6).map(|i| whole.between(2.5 * f64::from(i) + 1.9, 2.5 * f64::from(i) + 2.6));
+    let moves: Vec<_> = moves.map(Result::unwrap).collect();
+    let found = dahl(&joint, &moves).unwrap();
+    assert!(within(&found, &[("gravity_torque", 1.2), ("hanging_angle", 0.0)]), "{found}");
+    assert!(!found.to_string().contains("stands still"), "{found}");
+}

@@ -9,6 +9,7 @@
 //! The last stage is searched from there and from the results of candidates that this one contains
 //! (`ladder`), and the better end is kept.
 
+use core::f64::consts::TAU;
 use core::ops::ControlFlow;
 
 use super::Loss;
@@ -204,6 +205,10 @@ pub(super) fn fit_candidate(
     fit.remarks.extend(stages.shortened);
     for (estimate, &log) in fit.estimates.iter_mut().zip(&model.of_logs) {
         estimate.log = log;
+        if estimate.parameter.name == "hanging_angle" && joint.given("hanging_angle").is_none() {
+            // The same within half a turn.
+            estimate.value -= TAU * (estimate.value / TAU).round();
+        }
     }
     let values = fit.values();
     let predicted = model.as_measured(values.clone());

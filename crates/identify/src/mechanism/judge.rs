@@ -22,6 +22,8 @@ const UNEXPLAINED: f64 = 1.0 / 3.0;
 /// Least motion that is to be explained, over that of the log that moves most: a joint that sticks
 /// moves by counts of its encoder.
 const LEAST_MOTION: f64 = 0.03;
+/// Share of a log at rest from which on its rests decide.
+const MOSTLY: f64 = 0.5;
 
 /// Adds what speaks against the result.
 pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
@@ -51,6 +53,8 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
         remarks.extend((count > 0).then_some(Remark::Gaps { log: number, count }));
         let begins = !log.in_motion && log.begins_in_motion();
         remarks.extend(begins.then_some(Remark::BeginsInMotion { log: number }));
+        let share = log.at_rest();
+        remarks.extend((share > MOSTLY).then_some(Remark::MostlyAtRest { log: number, share }));
         remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }
     let whole = over_whole_logs(result, &remarks);

@@ -149,6 +149,9 @@ const GAP: f64 = 10.0;
 /// Velocity over the root mean square of all that noise does not reach at the first row.
 const CLEAR: f64 = 0.3;
 
+/// Velocity over the root mean square of all below which it stands still: noise leaves less.
+const STILL: f64 = 0.1;
+
 /// Refuses a position that never changes.
 fn moving(position: Vec<f64>) -> Checked<Vec<f64>> {
     let (least, most) = range(&position);
@@ -308,11 +311,23 @@ impl DriveLog {
         if self.enabled.get(row).copied().unwrap_or(false) { value } else { 0.0 }
     }
 
+    /// Root mean square of the velocity.
+    fn usual_speed(&self) -> f64 {
+        let squares: f64 = self.rows.iter().map(|row| row.velocity * row.velocity).sum();
+        (squares / self.rows.len() as f64).sqrt()
+    }
+
     /// Whether its first velocity is clearly one, of which noise leaves so much there.
     pub(super) fn begins_in_motion(&self) -> bool {
-        let squares: f64 = self.rows.iter().map(|row| row.velocity * row.velocity).sum();
-        let usual = (squares / self.rows.len() as f64).sqrt();
-        self.rows.first().is_some_and(|row| row.velocity.abs() > CLEAR * usual)
+        let clear = CLEAR * self.usual_speed();
+        self.rows.first().is_some_and(|row| row.velocity.abs() > clear)
+    }
+
+    /// Share of the rows at which it stands still.
+    pub(super) fn at_rest(&self) -> f64 {
+        let slow = STILL * self.usual_speed();
+        let still = self.rows.iter().filter(|row| row.velocity.abs() < slow);
+        still.count() as f64 / self.rows.len() as f64
     }
 
     /// Whether the controller is at its limit wherever it is enabled.
