@@ -138,13 +138,11 @@ pub enum Remark {
         /// Root mean square of the errors over the standard deviation of the position \[–\].
         error: f64,
     },
-    /// A log held out that moves by less than 3 % of the fitted log that moves most, as a joint that
-    /// stands still by counts of its encoder: that it is predicted says nothing.
+    /// A log held out that moves by less than 3 % of the fitted log that moves most, as one that
+    /// stands still does by counts of its encoder: that it is predicted says little.
     HardlyMoves {
         /// Number of the log among those held out, from zero.
         log: usize,
-        /// Its motion over that of the fitted log that moves most, by standard deviations \[–\].
-        share: f64,
     },
     /// The errors of the position over a whole log that was fitted are larger than a third of the
     /// standard deviation of its motion, while those over the segments that were fitted are not:
@@ -190,8 +188,6 @@ pub enum Remark {
     MostlyAtRest {
         /// Number of the log, from zero.
         log: usize,
-        /// Share of its rows at rest \[–\].
-        share: f64,
     },
     /// The controller of a log is at its limit all along: its goal and gain do not count.
     Saturated {
@@ -236,17 +232,13 @@ impl fmt::Display for Remark {
                 "held-out log {log} IS NOT PREDICTED: the errors are {:.0} % of its motion",
                 100.0 * error
             ),
-            Self::HardlyMoves { log, share } => write!(
-                f,
-                "held-out log {log} hardly moves, by {:.1} % of the fitted log that moves most: it \
-                 tells nothing of larger motions",
-                100.0 * share
-            ),
-            Self::OffAsWhole { log, error } => write!(
-                f,
-                "log {log}: simulated as a whole, the model is off by {:.0} % of the motion",
-                100.0 * error
-            ),
+            Self::HardlyMoves { log } => {
+                write!(f, "held-out log {log} hardly moves: it tells nothing of larger motions")
+            }
+            Self::OffAsWhole { log, error } => {
+                let size = 100.0 * error;
+                write!(f, "log {log}, simulated as a whole, is off by {size:.0} % of the motion")
+            }
             Self::Shortened { asked, fitted } => write!(
                 f,
                 "TOO SENSITIVE over {:.3} s: fitted over {:.3} s. Stick-slip, or a log too short \
@@ -260,22 +252,15 @@ impl fmt::Display for Remark {
             Self::Gaps { log, count } => {
                 write!(f, "log {log} has {count} gaps: simulations start anew after each")
             }
-            Self::BeginsInMotion { log } => write!(
-                f,
-                "log {log} begins in motion: with `DriveLog::in_motion` its state there is searched"
-            ),
-            Self::MostlyAtRest { log, share } => write!(
-                f,
-                "log {log} stands still for {:.0} % of its time: friction that holds may be taken \
-                 for other torques; fit the moves alone, each a log by `DriveLog::between`",
-                100.0 * share
-            ),
-            Self::Saturated { log } => {
-                write!(f, "log {log}: the controller is at its limit all along")
+            Self::BeginsInMotion { log } => {
+                write!(f, "log {log} begins in motion: `DriveLog::in_motion` searches its state")
             }
+            Self::MostlyAtRest { log } => {
+                write!(f, "log {log} mostly stands still, which tells little: fit its moves alone")
+            }
+            Self::Saturated { log } => write!(f, "log {log}: the duty is at its limit all along"),
             Self::ManyTurns { log, range } => {
-                let range = Number(range);
-                write!(f, "log {log}: a pendulum that turns by {range:.1} rad; degrees?")
+                write!(f, "log {log}: a pendulum that turns by {:.1} rad; degrees?", Number(range))
             }
         }
     }

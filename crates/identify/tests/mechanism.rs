@@ -1426,9 +1426,9 @@ fn logs_held_out_in_degrees_or_at_rest_are_told() {
     let told: Vec<_> = fit.fit.remarks.iter().filter_map(of_held_out).collect();
     assert_eq!(told, [1], "{fit}");
     assert!(fit.to_string().contains("held-out log 1 IS NOT PREDICTED"), "{fit}");
-    let still = |remark: &Remark| matches!(remark, Remark::HardlyMoves { log: 2, .. });
+    let still = |remark: &Remark| matches!(remark, Remark::HardlyMoves { log: 2 });
     assert_eq!(fit.fit.remarks.iter().filter(|remark| still(remark)).count(), 1, "{fit}");
-    assert!(fit.to_string().contains("held-out log 2 hardly moves, by 0."), "{fit}");
+    assert!(fit.to_string().contains("held-out log 2 hardly moves"), "{fit}");
 }
 
 /// Nothing holds the axis: a small acceleration that the model lacks hardly shows in short
@@ -1445,7 +1445,7 @@ fn a_log_that_is_explained_in_short_segments_only_is_told() {
         let settings = Settings { horizons: vec![0.2], ..Settings::default() };
         let logs = [DriveLog::new(columns).unwrap()];
         let found = fitted(Friction::coulomb(), &joint, &logs, &settings);
-        let text = "log 0: simulated as a whole, the model is off by";
+        let text = "log 0, simulated as a whole, is off by";
         assert_eq!(found.to_string().contains(text), !found.fit.remarks.is_empty(), "{found}");
         found.fit.remarks
     };
@@ -1575,14 +1575,14 @@ fn a_log_that_mostly_stands_still_is_told_and_its_moves_tell_more() {
     let (constant, settings) = (Friction::coulomb(), Settings::default());
     let found = fitted(constant, &joint, core::slice::from_ref(&whole), &settings);
     let gravity = found.value("gravity_torque").unwrap();
-    let at_rest = |remark: &Remark| matches!(remark, Remark::MostlyAtRest { log: 0, .. });
+    let at_rest = |remark: &Remark| matches!(remark, Remark::MostlyAtRest { log: 0 });
     // What the page says.
     assert!((gravity - 6.8).abs() < 0.4 && found.fit.remarks.iter().any(at_rest), "{found}");
-    assert!(found.to_string().contains("log 0 stands still for 8"), "{found}");
+    assert!(found.to_string().contains("log 0 mostly stands still"), "{found}");
     assert!(found.value("hanging_angle").unwrap().abs() <= core::f64::consts::PI, "{found}");
     let moves = (0..6).map(|i| whole.between(2.5 * f64::from(i) + 1.9, 2.5 * f64::from(i) + 2.6));
     let moves: Vec<_> = moves.map(Result::unwrap).collect();
     let found = dahl(&joint, &moves).unwrap();
     assert!(within(&found, &[("gravity_torque", 1.2), ("hanging_angle", 0.0)]), "{found}");
-    assert!(!found.to_string().contains("stands still"), "{found}");
+    assert!(!found.to_string().contains("mostly stands still"), "{found}");
 }

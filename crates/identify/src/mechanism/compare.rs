@@ -22,7 +22,7 @@ use core::cell::Cell;
 use core::fmt;
 use core::ops::ControlFlow;
 
-use super::criteria::Errors;
+use super::criteria::{Errors, WHOLE};
 use super::fit::{Progress, Settings, fit_candidate, fit_joint};
 use super::friction::Friction;
 use super::joint::Joint;
@@ -210,10 +210,9 @@ impl Comparison {
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let length = self.fits.first().map_or("", |fit| fit.model.joint.unit("m"));
-        let (whole, others) = match shortest(&self.fits) {
-            f64::INFINITY => ("", String::new()),
-            one => (", whole logs", format!(", {}", over(one))),
-        };
+        let one = shortest(&self.fits);
+        let said = |length| if one < WHOLE { format!(", {}", over(length)) } else { String::new() };
+        let (whole, others) = (said(WHOLE), said(one));
         write!(f, "| {length}: rmse (mean size, relative) | free | over | fitted{whole} |")?;
         write!(f, " each by the others{others} | held out{whole} | search |")?;
         writeln!(f, "\n|---|---|---|---|---|---|---|")?;

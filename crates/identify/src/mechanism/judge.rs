@@ -22,9 +22,6 @@ const UNEXPLAINED: f64 = 1.0 / 3.0;
 /// Least motion that is to be explained, over that of the log that moves most: a joint that sticks
 /// moves by counts of its encoder.
 const LEAST_MOTION: f64 = 0.03;
-/// Share of a log at rest from which on its rests decide.
-const MOSTLY: f64 = 0.5;
-
 /// Adds what speaks against the result.
 pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
     let unexplained = unexplained(result, logs);
@@ -53,8 +50,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
         remarks.extend((count > 0).then_some(Remark::Gaps { log: number, count }));
         let begins = !log.in_motion && log.begins_in_motion();
         remarks.extend(begins.then_some(Remark::BeginsInMotion { log: number }));
-        let share = log.at_rest();
-        remarks.extend((share > MOSTLY).then_some(Remark::MostlyAtRest { log: number, share }));
+        remarks.extend(log.mostly_rests().then_some(Remark::MostlyAtRest { log: number }));
         remarks.extend(log.is_saturated().then_some(Remark::Saturated { log: number }));
     }
     let whole = over_whole_logs(result, &remarks);
@@ -102,9 +98,9 @@ fn over_whole_logs(result: &JointFit, said: &[Remark]) -> Vec<Remark> {
         remarks.extend(is_new.then_some(Remark::OffAsWhole { log, error: score.relative }));
     }
     for (log, score) in held_out.iter().enumerate() {
-        let (error, share) = (score.relative, motion(score) / most);
+        let (error, still) = (score.relative, motion(score) < LEAST_MOTION * most);
         remarks.extend(fails(score).then_some(Remark::NotPredicted { log, error }));
-        remarks.extend((share < LEAST_MOTION).then_some(Remark::HardlyMoves { log, share }));
+        remarks.extend(still.then_some(Remark::HardlyMoves { log }));
     }
     remarks
 }

@@ -323,11 +323,10 @@ impl DriveLog {
         self.rows.first().is_some_and(|row| row.velocity.abs() > clear)
     }
 
-    /// Share of the rows at which it stands still.
-    pub(super) fn at_rest(&self) -> f64 {
+    /// Whether it stands still in more than half of its rows.
+    pub(super) fn mostly_rests(&self) -> bool {
         let slow = STILL * self.usual_speed();
-        let still = self.rows.iter().filter(|row| row.velocity.abs() < slow);
-        still.count() as f64 / self.rows.len() as f64
+        self.rows.iter().filter(|row| row.velocity.abs() < slow).count() > self.rows.len() / 2
     }
 
     /// Whether the controller is at its limit wherever it is enabled.

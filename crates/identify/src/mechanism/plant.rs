@@ -249,8 +249,8 @@ impl<'a, T: Scalar> Plant<'a, T> {
     }
 
     /// The row at which a simulation begins that cannot see the motion before its rows: at the
-    /// first, or, if the log begins in motion, where windows of the smoothing that reach to both sides
-    /// have moved the bristle.
+    /// first, or, if the log begins in motion, where windows of the smoothing that reach to both
+    /// sides have moved the bristle.
     pub(super) fn begins(&self, rows: &Range<usize>) -> usize {
         let wait = if self.initial.is_some() { self.log.wait } else { 0.0 };
         let until = self.time(rows.start) + wait;
