@@ -22,6 +22,7 @@ const UNEXPLAINED: f64 = 1.0 / 3.0;
 /// Least motion that is to be explained, over that of the log that moves most: a joint that sticks
 /// moves by counts of its encoder.
 const LEAST_MOTION: f64 = 0.03;
+
 /// Adds what speaks against the result.
 pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog]) {
     let unexplained = unexplained(result, logs);
