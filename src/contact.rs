@@ -539,7 +539,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// ```
     ///
     /// NaN for a negative normal force, without a reference load, and for an implicit bristle from
-    /// its [fold](Bristle::folding_scale) on.
+    /// its [fold](Bristle::folding_scale) on. The rate of Dahl and LuGre grows as 1/p while they
+    /// slide: a run ends where p becomes zero.
     #[inline]
     pub fn response_under(
         &self,

@@ -56,8 +56,8 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         let mut shorter = self.grazed(end, interval);
         if !is_cut {
             shorter = shorter.or_else(|| self.bent(end, most));
-            shorter = shorter.or_else(|| self.unseen(end, interval));
         }
+        shorter = shorter.or_else(|| self.unseen(end, interval));
         if shorter.is_some() {
             return shorter;
         }

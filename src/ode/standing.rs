@@ -22,8 +22,8 @@ use crate::scalar::{lit, to_f64};
 /// Pieces of a span.
 const PIECES: f64 = 1000.0;
 
-/// A step over fewer pieces is left to its stages.
-const LEAST: f64 = 20.0;
+/// A step over fewer pieces is left to its stages; where states move, one over fewer times so many.
+const LEAST: f64 = 2.0;
 
 /// The part of a piece between the times in two neighbouring ones: 1/φ.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
@@ -52,7 +52,8 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         let size = |change: V| to_f64(change.over(&end.scale));
         let moved = size(end.state.with(&self.point.state, |end, start| end - start));
         if !(moved < HARDLY) {
-            return self.passed_over(end, interval, count / MOVING);
+            let count = count / MOVING;
+            return if count > LEAST { self.passed_over(end, interval, count) } else { None };
         }
         let curve = self.step.dense_output.clone();
         let (_, mut field, from) = self.parts(interval);

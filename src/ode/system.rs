@@ -103,9 +103,9 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     ///
     /// Give it for a sliding velocity that is prescribed, a time over which it turns at most once:
     /// in a longer step two reversals may cancel, and nothing tells of them. Give it for a force or
-    /// a load that acts for less than a thousandth of the span while the body may stand still, for
-    /// a step that nothing moves in can pass over it: a twentieth of its period, or a quarter of
-    /// its shortest pulse.
+    /// a load that acts for less than two thousandths of the span while the body may stand still,
+    /// for a step that nothing moves in can pass over it: a twentieth of its period, or a quarter
+    /// of its shortest pulse.
     fn longest_step(&self) -> Option<T> {
         None
     }

@@ -2,8 +2,10 @@
 //! together. A success is one there, too. More of it is drawn in `drawn`.
 #![cfg(feature = "alloc")]
 
-use bristle::Branch;
+use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::ode::{self, AnyMethod, Output, Solver, StopReason, System, Tolerances};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Branch, Bristle, Contact, FrBd};
 use bristle_specimens::draw::Draw;
 use nalgebra::{Matrix1, SVector, Vector1, Vector2, Vector3};
 
@@ -222,6 +224,83 @@ impl System<f64, 1, 0> for Pushed {
     }
     fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
         []
+    }
+}
+
+/// A rotor under a torque that its contact holds at 40 N, and not where the load dips to 4 N: all at
+/// once for a width \[s\], or as e^(−4τ²), τ = (t − t₀)/width.
+struct Dipped {
+    contact: Contact<f64, FrBd<Coulomb<f64>, KelvinVoigt<f64>>>,
+    time: f64,
+    width: f64,
+    is_sharp: bool,
+}
+
+impl Dipped {
+    const TORQUE: f64 = 0.5;
+    const INERTIA: f64 = 0.02;
+
+    fn load(&self, time: f64) -> f64 {
+        let tau = (time - self.time) / self.width;
+        match self.is_sharp {
+            true if (0.0..1.0).contains(&tau) => 4.0,
+            true => 40.0,
+            false => 40.0 - 36.0 * (-4.0 * tau * tau).exp(),
+        }
+    }
+
+    /// How far a rigid rotor turns under Coulomb friction of 0.03 times the load.
+    fn rigid(&self) -> f64 {
+        let (mut angle, mut speed, step) = (0.0, 0.0, 1e-4 * self.width);
+        for i in -20_000..40_000 {
+            let time = self.time + step * (f64::from(i) + 0.5);
+            let excess = Self::TORQUE - 0.03 * self.load(time);
+            speed = f64::max(speed + step * excess / Self::INERTIA, 0.0);
+            angle += step * speed;
+        }
+        angle
+    }
+}
+
+impl System<f64, 3> for Dipped {
+    fn rate(&self, time: f64, x: &Vector3<f64>, [branch]: [Branch; 1]) -> Vector3<f64> {
+        let answer = self.contact.response_under(self.load(time), branch.of(x[1]), x[2]);
+        Vector3::new(x[1], (Self::TORQUE - answer.force) / Self::INERTIA, answer.rate)
+    }
+    fn sliding_velocities(&self, _: f64, x: &Vector3<f64>) -> [f64; 1] {
+        [x[1]]
+    }
+    fn scales(&self) -> Vector3<f64> {
+        Vector3::new(1e-2, 1.0, 1e-5)
+    }
+}
+
+#[test]
+fn a_dip_of_the_load_of_what_is_held_is_seen() {
+    let curve = CoulombParameters { dynamic_coefficient: 0.03, viscous_friction: 0.0 };
+    let bristle = KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 1.2 };
+    let (curve, bristle) = (Coulomb::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap());
+    let contact = FrBd::new(curve, bristle).under_load(40.0).unwrap();
+    let start = Vector3::new(0.0, 0.0, Dipped::TORQUE / 40.0 / 3e3);
+    let mut draw = Draw::seeded(20_261_130);
+    for _ in 0..50 {
+        // Two thousandths of the span and more; what is smooth is felt for about its width.
+        let (width, time) = (draw.logarithmic(0.02, 0.5), 1.0 + 8.0 * draw.next());
+        for is_sharp in [true, false] {
+            let width = if is_sharp { width } else { 1.5 * width };
+            let dipped = Dipped { contact, time, width, is_sharp };
+            let wanted = dipped.rigid();
+            for tolerance in [1e-3, 1e-6] {
+                let run =
+                    ode::solve(&dipped, 0.0..10.0, start, tolerance, Output::Uniform(2)).unwrap();
+                let found = run.states()[1][0];
+                let off = (found - wanted).abs();
+                assert!(
+                    off < 0.02 * wanted + 1e-5,
+                    "{tolerance:e} {time} {width} {is_sharp}: {found} for {wanted}"
+                );
+            }
+        }
     }
 }
 

@@ -38,8 +38,9 @@ fn a_bristle_at_a_given_velocity_takes_loose_steps_of_order_five() {
         let solver = Solver::checked(method, tolerances);
         solver.solve(&scene, 0.0..0.4, Vector1::new(0.0), Output::Uniform(1001)).unwrap()
     };
-    // A trial of order 5 evaluates six rates; one of order 8 twelve, and three for the samples.
-    for (tolerance, least, most) in [(1e-3, 5.5, 6.5), (1e-4, 5.5, 6.5), (1e-9, 12.0, 16.0)] {
+    // A trial of order 5 evaluates six rates, and up to two where hardly anything moves; one of
+    // order 8 twelve, and three for the samples.
+    for (tolerance, least, most) in [(1e-3, 5.5, 8.0), (1e-4, 5.5, 6.5), (1e-9, 12.0, 16.0)] {
         let automatic = solve(AnyMethod::Automatic, tolerance);
         let statistics = automatic.statistics();
         let trials = (statistics.steps + statistics.rejected) as f64;
