@@ -227,7 +227,7 @@ impl System<f64, 1, 0> for Pushed {
     }
 }
 
-/// A rotor under a torque that its contact holds at 40 N, and not where the load dips to 4 N: all at
+/// A rotor under a torque that its contact holds at 40 N, and not where the load dips to 4 N: at
 /// once for a width \[s\], or as e^(−4τ²), τ = (t − t₀)/width.
 struct Dipped {
     contact: Contact<f64, FrBd<Coulomb<f64>, KelvinVoigt<f64>>>,
