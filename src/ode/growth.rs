@@ -59,11 +59,11 @@ const FAR: f64 = 1e-2;
 /// small by accident.
 const LEFT: f64 = 0.1;
 
-/// The estimate of a step tells of the next one, unless that is so many times longer.
-const LEAP: f64 = 2.0;
-
 /// ln LEFT.
 const DIES: f64 = -2.3;
+
+/// The estimate of a step tells of the next one, unless that is so many times longer.
+const LEAP: f64 = 2.0;
 
 /// The estimated error of a run so far.
 #[derive(Debug, Clone)]

@@ -153,8 +153,8 @@
 //! as wrong as the resistance, and to motions much slower than R/L a delay of this time.
 //!
 //! A log that stands still most of its time tells less than its standard errors say: held friction
-//! is anything up to its limit. A pendulum of 1.2 N m that was moved by 0.15 rad six times and held
-//! in between was found with 6.8 ± 0.4 N m. Fit its moves alone, each a log that begins under load:
+//! is anything up to its limit. A pendulum that is moved a little and held in between may be found
+//! with several times its gravity. Fit its moves alone, each a log that begins under load:
 //! [`DriveLog::between`], [`DriveLog::in_motion`].
 //!
 //! Noise of a measured drive would load and unload the gear in every step, and a sliding bristle
