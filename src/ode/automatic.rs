@@ -43,7 +43,7 @@ impl<T: Scalar, V: States<T>> OneStep<T, V> for Automatic {
             eighth: Explicit::new(state),
             fifth: Explicit::new(state),
             rosenbrock: Rosenbrock::new(state),
-            explicit: if states == 1 && tolerance > FIFTH { Turn::Fifth } else { Turn::Eighth },
+            explicit: if tolerance > fifth(states) { Turn::Fifth } else { Turn::Eighth },
             turn: if states > LARGE { Turn::Eighth } else { Turn::Rosenbrock },
             is_new: false,
             since: 0,
@@ -96,22 +96,30 @@ macro_rules! at_work {
     };
 }
 
-/// With steps of looser tolerances than this, an explicit step of order 5 on a single state is
-/// about as long as one of order 8: the swing of the given velocity limits both. With more states
-/// it is not.
-const FIFTH: f64 = 5e-7;
+/// With steps of looser tolerances than this the explicit method is that of order 5. Its step on a
+/// single state is about as long as one of order 8: the swing of the given velocity limits both.
+/// With many states there is a reversal in every few steps, and order 8 pays for long ones: as many
+/// evaluations, and a curve between the ends that is ten times as far off. In between the state is
+/// a swing or two, over which it is the better one.
+const fn fifth(states: usize) -> f64 {
+    match states {
+        1 => 5e-7,
+        MANY..=LARGE => 3e-9,
+        _ => f64::INFINITY,
+    }
+}
 
 /// Below this h ρ of a Rosenbrock step an explicit method is cheaper: it can take steps of
 /// 0.8 of its limit, or two to three times as long if accuracy allows, at about the same cost.
 ///
 /// With many states these steps of 0.8 of the limit may be shorter by as much as they are cheaper:
-/// twelve evaluations and a part of a Jacobian, for nine and a whole one by differences.
-const fn easy(states: usize) -> f64 {
+/// one evaluation a stage and a part of a Jacobian, for nine and a whole one by differences.
+const fn easy<B: ExplicitTableau>(states: usize) -> f64 {
     if states < MANY {
         return 2.5;
     }
-    let explicit = 12.0 + (states / serves(states)) as f64;
-    0.8 * DormandPrince8::REAL_LIMIT * (9 + states) as f64 / explicit
+    let explicit = (B::STAGES + states / serves::<B>(states)) as f64;
+    0.8 * B::REAL_LIMIT * (9 + states) as f64 / explicit
 }
 
 /// Votes for a change.
@@ -193,7 +201,10 @@ impl<T: Scalar, V: States<T>> Stepper<T, V> for Alternating<T, V> {
         // Fixed steps stay with the method that is stable at any length.
         let proposed = proposed?;
         let length = step.abs();
-        let easy = easy(states);
+        let (easy, limit) = match self.explicit {
+            Turn::Fifth => (easy::<DormandPrince>(states), DormandPrince::REAL_LIMIT),
+            _ => (easy::<DormandPrince8>(states), DormandPrince8::REAL_LIMIT),
+        };
         let mut growth = self.rosenbrock.jacobian().clone();
         growth.entries_mut().iter_mut().for_each(|entry| *entry *= length);
         let reach = spectral_radius(states, &growth, easy);
@@ -201,10 +212,6 @@ impl<T: Scalar, V: States<T>> Stepper<T, V> for Alternating<T, V> {
             return Some(proposed);
         }
         let reach = if reach > 0.01 { reach } else { 0.01 };
-        let limit = match self.explicit {
-            Turn::Fifth => DormandPrince::REAL_LIMIT,
-            _ => DormandPrince8::REAL_LIMIT,
-        };
         Some(proposed.smaller(length * lit(limit * 0.8 / reach)))
     }
 }
