@@ -28,9 +28,9 @@ use super::{DormandPrince, DormandPrince8, Rodas5P};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
-/// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. For a
-/// single state, as of a bristle at a given velocity, and loose steps, [`DormandPrince`] is the
-/// explicit one. With more than 400 states it is `DormandPrince8` alone.
+/// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. With
+/// loose steps on a single state, as of a bristle at a given velocity, or on 12 and more,
+/// [`DormandPrince`] is the explicit one. With more than 400 states it is `DormandPrince8` alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Automatic;
 
@@ -97,10 +97,9 @@ macro_rules! at_work {
 }
 
 /// With steps of looser tolerances than this the explicit method is that of order 5. Its step on a
-/// single state is about as long as one of order 8: the swing of the given velocity limits both.
-/// With many states there is a reversal in every few steps, and order 8 pays for long ones: as many
-/// evaluations, and a curve between the ends that is ten times as far off. In between the state is
-/// a swing or two, over which it is the better one.
+/// single state is about as long as one of order 8: the swing of the given velocity limits both. Of
+/// many contacts one reverses in every few steps, which cuts the long ones of order 8 short: it
+/// takes as many evaluations, and its curve between the ends of a step is farther off.
 const fn fifth(states: usize) -> f64 {
     match states {
         1 => 5e-7,
