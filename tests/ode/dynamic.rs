@@ -50,6 +50,25 @@ fn a_system_of_either_kind_has_the_same_bits() {
     same_bits::<f32, 9, 3>(1e-3, 5.0);
 }
 
+/// With order 8 the curve between the ends of its steps was off by 9 to 74 tolerances, at 38 to
+/// 44 % more evaluations.
+#[test]
+fn of_many_contacts_the_curve_between_steps_is_near_as_well() {
+    let (scales, span) = (SVector::<f64, 21>::from_fn(|i, _| Blocks::scale(i)), 0.0..5.0);
+    let (start, output) = (SVector::zeros(), Output::Uniform(201));
+    let fine = Tolerances::scaled(1e-9, scales).unwrap();
+    let fine = Solver::adaptive(AnyMethod::Rodas5P, fine);
+    let fine = fine.solve(&Few::<7>, span.clone(), start, output).unwrap();
+    for tolerance in [1e-4, 1e-5, 1e-6] {
+        let run = ode::solve(&Few::<7>, span.clone(), start, tolerance, output).unwrap();
+        let samples = run.states().iter().zip(fine.states());
+        let off = samples.map(|(run, fine)| (run - fine).component_div(&scales).amax());
+        let worst = off.fold(0.0, f64::max) / tolerance;
+        assert!(worst < 5.0, "{tolerance}: {worst}");
+        assert!(run.statistics().evaluations < 9_000, "{tolerance}: {}", run.statistics());
+    }
+}
+
 #[test]
 fn hundreds_of_blocks_are_solved_to_the_tolerance_without_a_jacobian() {
     // Beyond 400 states. Steps a hundred times as tight as those of a solution have its digits.
