@@ -534,9 +534,12 @@ fn every_key_of_the_files_is_on_the_page() {
 fn a_choice_of_two_or_of_none_is_refused_with_what_it_lacks() {
     let text = text("stick_slip");
     let two = text.replacen("model.frbd.curve", "model.lugre.curve", 1);
+    // At the one that comes last.
+    let [one, other] = ["model.frbd", "model.lugre"].map(|key| two.find(key).unwrap());
+    let line = two[..one.max(other)].matches('\n').count() + 1;
     let two = refused(&two);
     let why = "scene.mass_spring_damper.contact.model has 2 entries, frbd and lugre, but must";
-    assert!(two.contains(why) && two.starts_with(':'), "{two}");
+    assert!(two.contains(why) && two.starts_with(&format!(":{line}:")), "{two}");
     // One header of several is misspelt.
     let spool = text.replacen("[scene.mass_spring_damper]", "[scene.spool]", 1);
     let line = spool.lines().position(|line| line == "[scene.spool]").unwrap() + 1;

@@ -75,6 +75,25 @@ where
     forces.map(|(time, state)| system.friction_force(*time, state)).collect()
 }
 
+#[test]
+fn a_bristle_starts_at_rest_or_steadily_at_every_level_that_has_one() {
+    let contact = sets()[0].under_load(1.0).unwrap();
+    // Over 8e-6 m, a twentieth of what it deflects while it slides.
+    let sine = SineParameters { mean: 0.008, amplitude: 0.0, frequency: 1.0, phase: 0.0 };
+    let velocity = Sine::new(sine).unwrap();
+    let scene =
+        KnownVelocity::new(contact, velocity, Answers { interval: 1e-3, count: 1 }).unwrap();
+    let steady = contact.stationary_force(0.008);
+    for level in [Level::DAHL, Level::REFERENCE] {
+        let first = |scene: &KnownVelocity<_, _, _>| scene.run(level, 1).unwrap().answers[0];
+        let from_rest = first(&scene);
+        assert!(from_rest > 0.03 * steady && from_rest < 0.5 * steady, "{level}: {from_rest}");
+    }
+    let scene = scene.starting_steadily();
+    let slides = scene.run(Level::REFERENCE, 1).unwrap().answers[0];
+    assert!((slides / steady - 1.0).abs() < 1e-12, "{slides}");
+}
+
 fn study(scenes: usize, most_answers: f64) -> Tally {
     let mut dice = Draw::seeded(31_415);
     let mut tally = Tally::default();
