@@ -40,7 +40,7 @@ use crate::parameter::ParameterError;
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum AnyMethod {
-    /// An explicit method and `Rodas5P` take turns, see [`Automatic`].
+    /// `DormandPrince8` and `Rodas5P` take turns.
     #[default]
     Automatic,
     /// Explicit, order 5(4).

@@ -28,9 +28,9 @@ use super::{DormandPrince, DormandPrince8, Rodas5P};
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
-/// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. With
-/// loose steps on a single state, as of a bristle at a given velocity, or on 12 and more,
-/// [`DormandPrince`] is the explicit one. With more than 400 states it is `DormandPrince8` alone.
+/// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. For a
+/// single state, as of a bristle at a given velocity, and loose steps, [`DormandPrince`] is the
+/// explicit one. With more than 400 states it is `DormandPrince8` alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Automatic;
 
@@ -43,7 +43,7 @@ impl<T: Scalar, V: States<T>> OneStep<T, V> for Automatic {
             eighth: Explicit::new(state),
             fifth: Explicit::new(state),
             rosenbrock: Rosenbrock::new(state),
-            explicit: if tolerance > fifth(states) { Turn::Fifth } else { Turn::Eighth },
+            explicit: if states == 1 && tolerance > FIFTH { Turn::Fifth } else { Turn::Eighth },
             turn: if states > LARGE { Turn::Eighth } else { Turn::Rosenbrock },
             is_new: false,
             since: 0,
@@ -96,29 +96,22 @@ macro_rules! at_work {
     };
 }
 
-/// With steps of looser tolerances than this the explicit method is that of order 5. Its step on a
-/// single state is about as long as one of order 8: the swing of the given velocity limits both. Of
-/// many contacts one reverses in every few steps, which cuts the long ones of order 8 short: it
-/// takes as many evaluations, and its curve between the ends of a step is farther off.
-const fn fifth(states: usize) -> f64 {
-    match states {
-        1 => 5e-7,
-        MANY..=LARGE => 3e-9,
-        _ => f64::INFINITY,
-    }
-}
+/// With steps of looser tolerances than this, an explicit step of order 5 on a single state is
+/// about as long as one of order 8: the swing of the given velocity limits both. With more states
+/// it is not.
+const FIFTH: f64 = 5e-7;
 
 /// Below this h ρ of a Rosenbrock step an explicit method is cheaper: it can take steps of
 /// 0.8 of its limit, or two to three times as long if accuracy allows, at about the same cost.
 ///
 /// With many states these steps of 0.8 of the limit may be shorter by as much as they are cheaper:
-/// one evaluation a stage and a part of a Jacobian, for nine and a whole one by differences.
-const fn easy<B: ExplicitTableau>(states: usize) -> f64 {
+/// twelve evaluations and a part of a Jacobian, for nine and a whole one by differences.
+const fn easy(states: usize) -> f64 {
     if states < MANY {
         return 2.5;
     }
-    let explicit = (B::STAGES + states / serves::<B>(states)) as f64;
-    0.8 * B::REAL_LIMIT * (9 + states) as f64 / explicit
+    let explicit = 12.0 + (states / serves(states)) as f64;
+    0.8 * DormandPrince8::REAL_LIMIT * (9 + states) as f64 / explicit
 }
 
 /// Votes for a change.
@@ -200,10 +193,7 @@ impl<T: Scalar, V: States<T>> Stepper<T, V> for Alternating<T, V> {
         // Fixed steps stay with the method that is stable at any length.
         let proposed = proposed?;
         let length = step.abs();
-        let (easy, limit) = match self.explicit {
-            Turn::Fifth => (easy::<DormandPrince>(states), DormandPrince::REAL_LIMIT),
-            _ => (easy::<DormandPrince8>(states), DormandPrince8::REAL_LIMIT),
-        };
+        let easy = easy(states);
         let mut growth = self.rosenbrock.jacobian().clone();
         growth.entries_mut().iter_mut().for_each(|entry| *entry *= length);
         let reach = spectral_radius(states, &growth, easy);
@@ -211,6 +201,10 @@ impl<T: Scalar, V: States<T>> Stepper<T, V> for Alternating<T, V> {
             return Some(proposed);
         }
         let reach = if reach > 0.01 { reach } else { 0.01 };
+        let limit = match self.explicit {
+            Turn::Fifth => DormandPrince::REAL_LIMIT,
+            _ => DormandPrince8::REAL_LIMIT,
+        };
         Some(proposed.smaller(length * lit(limit * 0.8 / reach)))
     }
 }

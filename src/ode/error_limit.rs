@@ -32,9 +32,9 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         &mut self,
         end: &Point<T, V>,
         trial: (&TrialStep<T, V>, f64),
-        place: (Interval<T>, bool),
+        interval: Interval<T>,
     ) -> Result<bool, StopReason> {
-        match self.estimate(end, trial, place) {
+        match self.estimate(end, trial, interval) {
             Some(shorter) => self.progress.shorten(shorter).map(|()| false),
             None => Ok(true),
         }
@@ -43,21 +43,19 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
     /// Answers with a shorter step where this one does not follow what grows, passes over a kink or
     /// over what happens while nothing moves, or has a curve between its ends that is farther off
-    /// than a solution may be. The curve of one that is cut at a reversal is known from its trial.
+    /// than a solution may be.
     #[inline]
     fn estimate(
         &mut self,
         end: &Point<T, V>,
         (trial, square): (&TrialStep<T, V>, f64),
-        (interval, is_cut): (Interval<T>, bool),
+        interval: Interval<T>,
     ) -> Option<T> {
         let most = self.most_growth?;
         let step = end.time - self.point.time;
-        let mut shorter = self.grazed(end, interval);
-        if !is_cut {
-            shorter = shorter.or_else(|| self.bent(end, most));
-        }
-        shorter = shorter.or_else(|| self.unseen(end, interval));
+        let shorter = self.grazed(end, interval);
+        let shorter = shorter.or_else(|| self.bent(end, most));
+        let shorter = shorter.or_else(|| self.unseen(end, interval));
         if shorter.is_some() {
             return shorter;
         }

@@ -163,16 +163,14 @@ const KINK: f64 = 0.1;
 const HELD: f64 = 0.6;
 
 /// The steps that a Jacobian of so many states serves: by differences it costs an evaluation for
-/// each of them, a step of order 8 twelve. One that is older tells of growth that is none. A step of
-/// half as many stages is about half as long.
-pub(super) const fn serves<B: ExplicitTableau>(states: usize) -> usize {
-    let of_twelve = match states {
-        ..MANY => return 1,
+/// each of them, a step of order 8 twelve. One that is older tells of growth that is none.
+pub(super) const fn serves(states: usize) -> usize {
+    match states {
+        ..MANY => 1,
         MANY..20 => states / 2,
         20..40 => 10,
         _ => states / 4,
-    };
-    of_twelve * 12 / B::STAGES
+    }
 }
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.
@@ -360,7 +358,7 @@ impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Stepper<T, V>
         end: &Point<T, V>,
     ) -> [&V::Matrix; 2] {
         self.served += 1;
-        let serves = serves::<B>(from.state.count());
+        let serves = serves(from.state.count());
         let [at_start, at_end] = &mut self.jacobians;
         if self.served < serves && at_start.is_some() {
             *at_end = None;

@@ -272,7 +272,7 @@ fn series<T: Scalar, V: States<T>>(
             most = most.larger((*sum * scale).abs());
         }
         small = if last <= most * lit(SMALL) { small + 1 } else { 0 };
-        if small >= 2 && 2 * n >= stability.len() {
+        if small >= 2 && n >= stability.len() {
             return (Some(sum), own);
         }
     }

@@ -7,7 +7,7 @@
 //!
 //! | method | for |
 //! |---|---|
-//! | [`Automatic`] | the default of [`solve`]: an explicit method and `Rodas5P` take turns |
+//! | [`Automatic`] | the default of [`solve`]: `DormandPrince8` and `Rodas5P` take turns |
 //! | [`DormandPrince`] | explicit, order 5(4): inputs of low smoothness, moderate tolerances |
 //! | [`DormandPrince8`] | explicit, order 8(5,3): tight tolerances |
 //! | [`Rodas4`], [`Rodas5P`] | L-stable Rosenbrock methods of order 4(3) and 5(4): stiff systems |

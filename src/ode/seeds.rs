@@ -26,7 +26,7 @@ use crate::scalar::{lit, to_f64};
 /// Every so many steps of so many states is looked at: powers of a large matrix cost as much as
 /// several steps.
 const fn look(states: usize) -> usize {
-    if states < MANY { 16 } else { 8 * states }
+    if states < MANY { 16 } else { 4 * states }
 }
 
 /// A step longer by this factor than the one looked at last is looked at, too.

@@ -50,22 +50,21 @@ fn a_system_of_either_kind_has_the_same_bits() {
     same_bits::<f32, 9, 3>(1e-3, 5.0);
 }
 
-/// With order 8 the curve between the ends of its steps was off by 9 to 74 tolerances, at 38 to
-/// 44 % more evaluations.
+/// Where the curves of steps that were cut at a reversal were not looked at, samples were off by 74
+/// tolerances at 1e-5 and by 140 at 1e-7.
 #[test]
-fn of_many_contacts_the_curve_between_steps_is_near_as_well() {
+fn of_many_contacts_the_curve_up_to_a_reversal_is_near_as_well() {
     let (scales, span) = (SVector::<f64, 21>::from_fn(|i, _| Blocks::scale(i)), 0.0..5.0);
     let (start, output) = (SVector::zeros(), Output::Uniform(201));
-    let fine = Tolerances::scaled(1e-9, scales).unwrap();
+    let fine = Tolerances::scaled(1e-10, scales).unwrap();
     let fine = Solver::adaptive(AnyMethod::Rodas5P, fine);
     let fine = fine.solve(&Few::<7>, span.clone(), start, output).unwrap();
-    for tolerance in [1e-4, 1e-5, 1e-6] {
+    for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
         let run = ode::solve(&Few::<7>, span.clone(), start, tolerance, output).unwrap();
         let samples = run.states().iter().zip(fine.states());
         let off = samples.map(|(run, fine)| (run - fine).component_div(&scales).amax());
         let worst = off.fold(0.0, f64::max) / tolerance;
-        assert!(worst < 5.0, "{tolerance}: {worst}");
-        assert!(run.statistics().evaluations < 9_000, "{tolerance}: {}", run.statistics());
+        assert!(worst < 20.0, "{tolerance}: {worst}");
     }
 }
 
