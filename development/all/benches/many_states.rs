@@ -7,8 +7,8 @@
 //! follow sines. `ode::solve` is given the tolerance of the solution. The single method is given
 //! what no user has: of three methods, each with the loosest tolerance of a step (in quarter
 //! decades) with which no sample is off by more than the tolerance, the one that takes the least
-//! time. A sample is off by its largest difference from that of order 5 with steps of 1e-12, over the
-//! scale of the state.
+//! time. A sample is off by its largest difference from that of order 5 with steps of 1e-12, over
+//! the scale of the state.
 //!
 //! Best times of several rounds count, in turns.
 
