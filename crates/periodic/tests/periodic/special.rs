@@ -51,6 +51,13 @@ fn down<S: System<f64, N, 0>, const N: usize>(
 }
 
 #[test]
+fn a_branch_begins_with_a_hundredth_of_its_range() {
+    let along = Continuation::over(10.0..90.0);
+    assert!((along.first_step - 0.8).abs() < 1e-12, "{}", along.first_step);
+    assert!(along.largest_step == 0.1 && along.most_points == 400 && !along.stable_only);
+}
+
+#[test]
 fn a_cycle_shrinks_to_its_hopf_point() {
     // Van der Pol, ẍ − (p − x²) ẋ + x = 0: its cycle, of amplitude 2√p, ends at p = 0. About x = 1
     // it is not odd, and is followed over whole periods.
