@@ -57,6 +57,20 @@ fn truth<F: Signal<f64>>(
     run.states().iter().map(answer).collect()
 }
 
+#[test]
+fn the_mass_of_the_paper_is_stuck_at_as_many_answers_as_counted() {
+    let system = rig(sets()[0].under_load(1.0).unwrap(), [1.0, 2.0, 0.0], 0.1, 0.0);
+    let answers = Answers { interval: 0.05, count: 400 };
+    let scene = MechanismScene::new(system, Vector3::zeros(), answers, Quantity::Velocity).unwrap();
+    let speeds = scene.run(Level::REFERENCE_COMPANION, 64).unwrap().answers;
+    let fastest = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+    let stuck = speeds.iter().filter(|speed| speed.abs() <= 0.01 * fastest).count();
+    let (name, share) = scene.physics(Level::REFERENCE_COMPANION, 64).unwrap();
+    assert!(name == "stuck" && (share - stuck as f64 / 400.0).abs() < 0.005, "{share} {stuck}");
+    // It sticks for about half of the time.
+    assert!(share > 0.3 && share < 0.9, "{share}");
+}
+
 fn study(scenes: usize, most_answers: f64) -> Tally {
     let mut dice = Draw::seeded(14_142);
     let mut tally = Tally::default();
