@@ -521,10 +521,10 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// ż = −λ z + r v under the scale s = p/P. Where the load has fallen below what a stuck bristle
     /// carries, the force is that which the surface holds: F = P (c₀ κ z + c₂ v) with
     /// κ = min(1, s B/|K·z|), B as in [`Contact::reload`]. The deflection stays, so the force comes
-    /// back with the load. `reload` takes it away for good, so that the two differ however short the
-    /// steps are: with `reload` a grip that slips in each dip of its load slips farther. Which of
-    /// them a real grip follows is not known; where the load never falls below what is carried they
-    /// agree.
+    /// back with the load. `reload` takes it away for good, so that the two differ however short
+    /// the steps are: with `reload` a grip that slips in each dip of its load slips farther. Which
+    /// of them a real grip follows is not known; where the load never falls below what is carried
+    /// they agree.
     ///
     /// κ < 1 also where no load has fallen: a bristle that has adapted to fast sliding, with
     /// viscous friction that lifts μ above its static value, carries more than the surface holds

@@ -53,8 +53,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     ) -> Option<T> {
         let most = self.most_growth?;
         let step = end.time - self.point.time;
-        let shorter = self.grazed(end, interval);
-        let shorter = shorter.or_else(|| self.bent(end, most));
+        let shorter = self.grazed(end, interval).or_else(|| self.bent(end, most));
         let shorter = shorter.or_else(|| self.unseen(end, interval));
         if shorter.is_some() {
             return shorter;

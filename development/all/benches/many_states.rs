@@ -31,9 +31,10 @@ const METHODS: [AnyMethod; 3] =
     [AnyMethod::DormandPrince, AnyMethod::DormandPrince8, AnyMethod::Rodas5P];
 /// Rounds of which the best counts.
 const ROUNDS: usize = 7;
-/// The ends of links or the axes lie within so much [m].
+/// Of the whole arm [m], [kg].
 const LENGTH: f64 = 2.0;
 const MASS: f64 = 3.0;
+/// [m/s²].
 const GRAVITY: f64 = 9.81;
 
 /// Joints with position control and friction, each with a sine of its own to follow.
