@@ -122,7 +122,7 @@ pub(crate) struct Explicit<B, T: Scalar, V: States<T>, const S: usize> {
     /// The state at which the last one within the step was.
     within: V,
     /// Of the last accepted step, and of the last trial.
-    estimates: [Estimates<T>; 2],
+    estimates: [Estimates<T, V>; 2],
     /// The Jacobians known last before the next step, and where the last trial ended.
     jacobians: [Option<V::Matrix>; 2],
     /// Steps that the first of them has served.
@@ -133,17 +133,17 @@ pub(crate) struct Explicit<B, T: Scalar, V: States<T>, const S: usize> {
 /// The two estimates of a step, e and the coarser c; zeros if they are not known. Where the
 /// solution is smooth they follow powers of h.
 #[derive(Debug, Clone, Copy)]
-struct Estimates<T> {
+struct Estimates<T, V> {
     step: T,
     /// |e|²/|c|².
     ratio: T,
-    /// |c|².
-    coarse: T,
+    /// c over the scale.
+    coarse: V,
 }
 
-impl<T: Scalar> Estimates<T> {
-    fn unknown() -> Self {
-        Self { step: T::one(), ratio: T::zero(), coarse: T::zero() }
+impl<T: Scalar, V: States<T>> Estimates<T, V> {
+    fn unknown(states: usize) -> Self {
+        Self { step: T::one(), ratio: T::zero(), coarse: V::filled(states, T::zero()) }
     }
 }
 
@@ -155,6 +155,15 @@ const ROUGH: f64 = 10.0;
 
 /// So many times its expected value, too, |c| rises at a kink while |e| need not.
 const LEAP: f64 = 50.0;
+
+/// Or so many times its own the largest component of c, ...
+const OWN_LEAP: f64 = 30.0;
+
+/// ... of so many states, those of two contacts: |c| hides one of them.
+const CROWD: usize = 6;
+
+/// |e| of a step is not so many times that of a longer one from the same point.
+const RISE: f64 = 1.5;
 
 /// The error of a rough step is at least this part of |c|: |e| may pass zero there as well.
 const KINK: f64 = 0.1;
@@ -237,9 +246,12 @@ impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T,
 
     /// Keeps what an accepted step tells of the next.
     fn took(&mut self) {
-        let [_, latest] = self.estimates;
-        let is_known = latest.ratio.is_finite() && latest.coarse.is_finite();
-        self.estimates[0] = if is_known { latest } else { Estimates::unknown() };
+        self.estimates.swap(0, 1);
+        let [before, latest] = &mut self.estimates;
+        if !(before.ratio.is_finite() && before.coarse.is_finite()) {
+            before.ratio = T::zero();
+        }
+        latest.step = T::zero();
         if let Some(at_end) = self.jacobians[1].take() {
             self.jacobians[0] = Some(at_end);
         }
@@ -247,7 +259,8 @@ impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T,
 
     /// Forgets what the last step tells of the next.
     pub(super) fn forget(&mut self) {
-        self.estimates[0] = Estimates::unknown();
+        let [before, latest] = &mut self.estimates;
+        (before.ratio, latest.step) = (T::zero(), T::zero());
         self.jacobians = [None, None];
     }
 
@@ -255,34 +268,42 @@ impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T,
     /// is rough, so that the order of neither estimate says anything.
     ///
     /// |e| may pass zero by chance, as it does in systems of one or two states, and the step would
-    /// become far too long. |e|/|c| behaves as h², and may not fall by much more than that. If it
-    /// rises far more, or falls while |c| rises, a kink lies in the step.
+    /// become far too long. |e|/|c| behaves as h², and may not fall by much more than that. A kink
+    /// lies in the step if it rises far more, or falls while |c| rises; or if the largest component
+    /// of c rises by itself, for of several contacts |c| hides a kink of one; or if |e| of a longer
+    /// step from the same point was smaller.
     fn likely(&mut self, fine: V, coarse: &V, scale: &V, step: T) -> (V, bool) {
-        let square = |error: &V| {
-            error.entries().iter().zip(scale.entries()).fold(T::zero(), |sum, (&error, &scale)| {
-                let ratio = error / scale;
-                sum + ratio * ratio
-            })
-        };
-        let (of_fine, of_coarse) = (square(&fine), square(coarse));
+        let over_scale = |error: &V| error.like(|i| error[i] / scale[i]);
+        let [fines, coarses] = [over_scale(&fine), over_scale(coarse)];
+        let [before, latest] = &mut self.estimates;
+        let all = [&fines, &coarses, &before.coarse, &latest.coarse];
+        let [of_fine, of_coarse, of_before, of_latest] =
+            all.map(|parts| parts.entries().iter().fold(T::zero(), |sum, &part| sum + part * part));
         let ratio = of_fine / of_coarse;
-        let [before, _] = self.estimates;
         let longer = step / before.step;
         let expected = before.ratio * longer.powi(4);
         let is_known = expected > T::zero();
-        self.estimates[1] = Estimates { step, ratio, coarse: of_coarse };
+        let power = longer.powi(B::COARSE_ORDER);
+        let pairs = coarses.entries().iter().zip(before.coarse.entries());
+        let (largest, own) = pairs.fold((T::zero(), T::zero()), |most, (&now, before)| {
+            if now.abs() > most.0 { (now.abs(), before.abs()) } else { most }
+        });
+        let leaps = ratio < expected && of_coarse > of_before * power * power * lit(LEAP * LEAP);
+        let leaps_alone = fine.count() >= CROWD && largest > own * power * lit(OWN_LEAP);
+        let rises = latest.step.abs() >= step.abs()
+            && of_fine > latest.ratio * of_latest * lit(RISE * RISE);
+        *latest = Estimates { step, ratio, coarse: coarses };
         if is_known && ratio > expected * lit(ROUGH * ROUGH) {
             let times = ratio.sqrt().recip() * lit::<T>(KINK);
             let times = times.larger(T::one());
             return (fine.like(|i| fine[i] * times), true);
         }
-        let most = before.coarse * longer.powi(2 * B::COARSE_ORDER) * lit(LEAP * LEAP);
-        if is_known && ratio < expected && of_coarse > most {
+        if rises || is_known && (leaps || leaps_alone) {
             return (coarse.like(|i| coarse[i] * lit(KINK)), true);
         }
         let least = expected * lit(CHANCE * CHANCE);
         if ratio < least {
-            self.estimates[1].ratio = least;
+            latest.ratio = least;
             let part = least.sqrt();
             return (coarse.like(|i| coarse[i] * part), false);
         }
@@ -297,7 +318,7 @@ impl<B: ExplicitTableau, T: Scalar, V: States<T>, const S: usize> Explicit<B, T,
             k: core::array::from_fn(|_| zero()),
             before_end: zero(),
             within: zero(),
-            estimates: [Estimates::unknown(); 2],
+            estimates: [(); 2].map(|()| Estimates::unknown(state.count())),
             jacobians: [None, None],
             served: 0,
             tableau: PhantomData,

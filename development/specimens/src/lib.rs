@@ -11,6 +11,7 @@ pub mod blocks;
 pub mod closed_form;
 pub mod draw;
 pub mod implicit;
+pub mod joints;
 pub mod ode;
 pub mod own_rheology;
 pub mod recipe;
