@@ -161,6 +161,13 @@ fn a_step_refuses_lengths_alone() {
     let mut other = LinearMechanism::on_heap(&matrices, [[(0, 1.0)], [(0, 2.0)]]).unwrap();
     let motion = Motion { position: x, velocity: v };
     other.step(0.1, &inputs, motion, &companions, &mut untouched).unwrap();
+    let (long, mut with) = (&mut [0.0; 2], untouched);
+    let motion = Motion { position: long, velocity: &mut [0.2] };
+    let done = other.step(0.1, &inputs, motion, &companions, &mut with);
+    refused(done, "of positions there must be 1, not 2");
+    let motion = Motion { position: &mut [0.1], velocity: long };
+    let done = other.step(0.1, &inputs, motion, &companions, &mut with);
+    refused(done, "of velocities there must be 1, not 2");
     assert_eq!(step(0.1, &[0.0], &[], &[]).unwrap(), (v[0], untouched[0].deflection()));
 
     let nan = f64::NAN;

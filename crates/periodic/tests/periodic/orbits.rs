@@ -147,6 +147,16 @@ fn stick_slip_repeats_with_its_own_period() {
 }
 
 #[test]
+fn a_damped_loop_moves_no_faster_than_its_friction_lets_it() {
+    let mut parameters = hunting_loop();
+    parameters.mechanism.viscous_damping = 30.0;
+    let scales = ControlLoop::new(parameters).unwrap().scales();
+    // 5 N of friction at 400 N/m, 400 N/(m s) and 20 + 30 N s/m: 0.0125 m, felt after 1 s, 0.1 m/s.
+    let want = SVector::from([0.0125, 0.1, 1e-4, 0.0125]);
+    assert!((scales - want).component_div(&want).amax() < 1e-12, "{scales}");
+}
+
+#[test]
 #[cfg_attr(debug_assertions, ignore = "a hundred periods take a minute without optimisation")]
 fn a_loop_hunts() {
     let system = ControlLoop::new(hunting_loop()).unwrap();
