@@ -14,6 +14,7 @@ use bristle::signal::{Polyline, Sine, SineParameters, Vertex};
 use bristle::{Branch, Bristle, Contact, FrBd, LuGre, Mechanism, paper};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::implicit::Set;
+use bristle_specimens::joints::{Arm, Axes, Joints};
 use bristle_specimens::ode::Field;
 use bristle_specimens::specimens::table_2;
 use nalgebra::{SVector, Vector1, Vector2};
@@ -400,7 +401,7 @@ fn valve(mut factor: impl FnMut() -> f64, end: f64, tolerances: &[f64], tally: &
 
 /// Joints in a row, coupled by springs, each with a position control whose torque has a limit that
 /// nobody declares: K contacts, N = 3 K states (position, velocity, deflection).
-struct Joints<const N: usize, const K: usize> {
+struct Limited<const N: usize, const K: usize> {
     contact: Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>,
     inertia: f64,
     gains: [f64; 2],
@@ -410,7 +411,7 @@ struct Joints<const N: usize, const K: usize> {
     angular: [f64; K],
 }
 
-impl<const N: usize, const K: usize> System<f64, N, K> for Joints<N, K> {
+impl<const N: usize, const K: usize> System<f64, N, K> for Limited<N, K> {
     fn rate(&self, time: f64, x: &SVector<f64, N>, branches: [Branch; K]) -> SVector<f64, N> {
         let mut rate = SVector::zeros();
         for i in 0..K {
@@ -453,7 +454,7 @@ fn joints<const N: usize, const K: usize>(draw: &mut Draw, tolerances: &[f64], t
     let contact = friction.under_load(load).unwrap();
     let gain = draw.logarithmic(20.0, 500.0);
     let damping = 2.0 * draw.logarithmic(0.2, 1.5) * (gain * inertia).sqrt();
-    let joints = Joints::<N, K> {
+    let joints = Limited::<N, K> {
         limit: breakaway * draw.logarithmic(0.8, 5.0),
         contact,
         inertia,
@@ -464,6 +465,22 @@ fn joints<const N: usize, const K: usize>(draw: &mut Draw, tolerances: &[f64], t
     let scene = (&joints, SVector::zeros(), 2.0);
     let fine = || fine(scene, AnyMethod::DormandPrince8);
     tally.compare((&format!("{K} joints"), &METHODS, tolerances), scene, fine);
+}
+
+/// Joints that follow sines, with springs between them.
+fn axes<const N: usize, const K: usize>(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
+    let axes = Axes::<K>(Joints::drawn(draw));
+    let scene = (&axes, SVector::<f64, N>::zeros(), 3.0);
+    let fine = || fine::<_, N, K>(scene, AnyMethod::DormandPrince8);
+    tally.compare::<_, N, K>((&format!("axes, {K} joints"), &METHODS, tolerances), scene, fine);
+}
+
+/// Such joints in a row, under gravity.
+fn arm<const N: usize, const K: usize>(draw: &mut Draw, tolerances: &[f64], tally: &mut Tally) {
+    let arm = Arm::<K>(Joints::drawn(draw));
+    let scene = (&arm, SVector::<f64, N>::zeros(), 3.0);
+    let fine = || fine::<_, N, K>(scene, AnyMethod::DormandPrince8);
+    tally.compare::<_, N, K>((&format!("arm, {K} joints"), &METHODS, tolerances), scene, fine);
 }
 
 /// Draws a scene of a kind.
@@ -481,15 +498,19 @@ const KINDS: [(&str, Kind, usize); 8] = [
     ("4 joints", joints::<12, 4>, 1),
 ];
 
+/// Kinds of many joints, drawn by themselves.
+const OF_MANY_JOINTS: [(&str, Kind, usize); 2] =
+    [("axes, 7 joints", axes::<21, 7>, 1), ("arm, 4 joints", arm::<12, 4>, 1)];
+
 /// The law on so many scenes, or on the one of each kind with the number `BRISTLE_SCENE`.
-fn law(seed: u64, scenes: usize, tolerances: &[f64]) {
+fn law(kinds: &[(&str, Kind, usize)], seed: u64, scenes: usize, tolerances: &[f64]) {
     let only = std::env::var("BRISTLE_SCENE").ok().and_then(|number| number.parse().ok());
     println!("| | answers | median | 99 % | largest | beyond 1 000 | refused |");
     println!("|---|---|---|---|---|---|---|");
     let mut all = Tally::default();
-    for (name, draws, of_one) in KINDS {
+    for &(name, draws, of_one) in kinds {
         let (mut draw, mut tally) = (Draw::seeded(seed), Tally::default());
-        for number in 0..scenes.div_ceil(of_one * KINDS.len()) {
+        for number in 0..scenes.div_ceil(of_one * kinds.len()) {
             let is_left_out = only.is_some_and(|only: usize| only != number);
             tally.number = number;
             draws(&mut draw, if is_left_out { &[] } else { tolerances }, &mut tally);
@@ -505,7 +526,7 @@ fn law(seed: u64, scenes: usize, tolerances: &[f64]) {
 
 #[test]
 fn a_success_is_one_on_a_few_drawn_scenes() {
-    law(3, KINDS.len(), &[1e-4, 1e-7, 1e-10]);
+    law(&KINDS, 3, KINDS.len(), &[1e-4, 1e-7, 1e-10]);
 }
 
 #[test]
@@ -562,10 +583,21 @@ fn what_drawn_scenes_have_shown_is_seen() {
     }
 }
 
+const TOLERANCES: [f64; 8] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+
+/// How many scenes the environment asks for.
+fn scenes(default: usize) -> usize {
+    std::env::var("BRISTLE_SCENES").ok().and_then(|scenes| scenes.parse().ok()).unwrap_or(default)
+}
+
 #[test]
 #[ignore = "hours in release; BRISTLE_SEED, BRISTLE_SCENES (of 3000), one of them: BRISTLE_SCENE"]
 fn a_success_is_one_on_drawn_scenes() {
-    let scenes = std::env::var("BRISTLE_SCENES").ok().and_then(|scenes| scenes.parse().ok());
-    let tolerances = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
-    law(1, scenes.unwrap_or(3000), &tolerances);
+    law(&KINDS, 1, scenes(3000), &TOLERANCES);
+}
+
+#[test]
+#[ignore = "minutes in release; BRISTLE_SEED, BRISTLE_SCENES (of 200), one of them: BRISTLE_SCENE"]
+fn a_success_is_one_on_drawn_mechanisms() {
+    law(&OF_MANY_JOINTS, 1, scenes(200), &TOLERANCES);
 }

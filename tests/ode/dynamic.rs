@@ -5,6 +5,7 @@ use bristle::ode::{
 };
 use bristle::{Branch, Scalar};
 use bristle_specimens::blocks::{Blocks, Few};
+use bristle_specimens::draw::Draw;
 use bristle_specimens::joints::{Arm, Axes, Joints};
 use bristle_specimens::lit;
 use bristle_specimens::ode::MOST_STEPS;
@@ -90,10 +91,10 @@ fn a_kink_of_one_of_many_joints_is_seen() {
         let worst = distance(&run, &fine, &joints.scales()) / tolerance;
         assert!(worst < 50.0, "{worst}");
     }
-    assert_near::<_, 21, 7>(&Axes::<7>(Joints::drawn(121)), 1e-9);
-    assert_near::<_, 21, 7>(&Axes::<7>(Joints::drawn(359)), 1e-9);
-    assert_near::<_, 12, 4>(&Arm::<4>(Joints::drawn(47)), 1e-9);
-    assert_near::<_, 12, 4>(&Arm::<4>(Joints::drawn(1158)), 1e-6);
+    assert_near::<_, 21, 7>(&Axes::<7>(Joints::drawn(&mut Draw(121))), 1e-9);
+    assert_near::<_, 21, 7>(&Axes::<7>(Joints::drawn(&mut Draw(359))), 1e-9);
+    assert_near::<_, 12, 4>(&Arm::<4>(Joints::drawn(&mut Draw(47))), 1e-9);
+    assert_near::<_, 12, 4>(&Arm::<4>(Joints::drawn(&mut Draw(1158))), 1e-6);
 }
 
 #[test]

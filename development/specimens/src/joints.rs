@@ -31,8 +31,7 @@ impl<const K: usize> Joints<K> {
         Self { friction: FrBd::new(curve, bristle).under_load(3.0).unwrap(), gains, sines }
     }
 
-    pub fn drawn(seed: u64) -> Self {
-        let mut draw = Draw(seed);
+    pub fn drawn(draw: &mut Draw) -> Self {
         let gain = draw.logarithmic(20.0, 600.0);
         let sine = |_| {
             [0.1 + 0.5 * draw.next(), 0.5 + 4.0 * draw.next(), std::f64::consts::TAU * draw.next()]
