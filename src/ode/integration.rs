@@ -278,7 +278,7 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
             };
             match reversal {
                 Reversal::None => {
-                    if !self.stands(&end, (&tried, square), interval)? {
+                    if !self.stands(&end, (&tried, square), interval, (full, false))? {
                         continue;
                     }
                     for lock in self.locks.entries_mut() {
@@ -300,7 +300,7 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
                     let Some(part) = self.try_step((cut, cut_time), interval)? else { continue };
                     let full = needs_dense_output(self.point.time, cut_time);
                     self.describe(&part.0, full, interval);
-                    if !self.stands(&part.0, (&part.1, part.2), interval)? {
+                    if !self.stands(&part.0, (&part.1, part.2), interval, (full, true))? {
                         continue;
                     }
                     let before = self.locks.entries().get(contact).copied();

@@ -44,7 +44,7 @@ pub(super) struct ContactBranch<T> {
     /// there was none.
     firsts: [T; 2],
     /// No step was taken since the last turn.
-    fresh: bool,
+    pub(super) fresh: bool,
 }
 
 impl<T: Scalar> ContactBranch<T> {

@@ -1,4 +1,4 @@
-//! What happens while nothing moves, or between the stages of a long step.
+//! What happens while nothing moves, between the stages of a long step, or at a reversal.
 //!
 //! A step over which hardly a state moves has hardly an error to estimate, and the next one is
 //! longer. A force or a load that acts within it falls between the stages. So such a step is looked
@@ -9,13 +9,14 @@
 //!
 //! A long step of an explicit method over which states move may pass over a floor that they touch
 //! between two stages. It is asked for the rates on its curve in a tenth as many pieces: they have
-//! to be its slopes.
+//! to be its slopes. So is a step that begins or ends at a reversal, closer and closer to it.
 
 use super::integration::Integration;
 use super::locked::Interval;
 use super::stepper::{Field, OneStep, Point, Stepper};
-use super::storage::States;
+use super::storage::{Entries, States};
 use super::system::Equations;
+use super::tolerance::Tolerances;
 use crate::Scalar;
 use crate::scalar::{lit, to_f64};
 
@@ -36,6 +37,12 @@ const MOVING: f64 = 10.0;
 
 /// The slope of a curve is that over this part of the step to both sides.
 const NEAR: f64 = 1e-3;
+
+/// The parts of a step at a reversal that no stage of any method sees, ...
+const UNSEEN: f64 = 0.03;
+
+/// ... from one to the next.
+const CLOSER: f64 = 0.1;
 
 impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, K>
     Integration<'_, T, V, S, M, K>
@@ -92,6 +99,42 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
                 return Some(step * place * lit(0.9));
             }
             within = (within + GOLDEN) % 1.0;
+        }
+        None
+    }
+
+    /// Answers with a shorter step where the rates right after a reversal or right before one lead
+    /// a state farther off the curve than the solution may be: the friction of a body at rest falls
+    /// within a small part of the way. They act on what there is of a velocity, over what there is
+    /// of the time: on the square of the part.
+    #[inline]
+    pub(super) fn strayed(
+        &mut self,
+        end: &Point<T, V>,
+        interval: Interval<T>,
+        (is_described, is_cut): (bool, bool),
+    ) -> Option<T> {
+        let has_turned = self.locks.entries().iter().any(|lock| lock.fresh);
+        let most = self.most_growth.filter(|_| has_turned || is_cut)?;
+        let least = self.settings.tolerances.as_ref().map_or(1.0, Tolerances::largest);
+        let known = is_described.then(|| self.step.dense_output.clone());
+        let (stepper, mut field, from) = self.parts(interval);
+        let curve = known.unwrap_or_else(|| stepper.dense_output(&mut field, from, end));
+        let step = end.time - from.time;
+        for (_, is_end) in [(has_turned, false), (is_cut, true)].into_iter().filter(|side| side.0) {
+            let place = |part: f64| lit::<T>(if is_end { 1.0 - part } else { part });
+            let mut part = UNSEEN;
+            while part * part > least {
+                let rate = field.rate(from.time + step * place(part), &curve.at(place(part)));
+                let [before, after] = [0.9, 1.1].map(|near| curve.at(place(near * part)));
+                let way = after.with(&before, |after, before| (after - before) * lit(5.0));
+                let sign = if is_end { -1.0 } else { 1.0 };
+                let off = rate.with(&way, |rate, way| rate * step * lit(sign * part) - way);
+                if !(to_f64(off.over(&end.scale)) <= most) {
+                    return Some(step * place(3.0 * part));
+                }
+                part *= CLOSER;
+            }
         }
         None
     }
