@@ -11,6 +11,7 @@
 //! between two stages. It is asked for the rates on its curve in a tenth as many pieces: they have
 //! to be its slopes. So is a step that begins or ends at a reversal, closer and closer to it.
 
+use super::dense_output::DenseOutput;
 use super::integration::Integration;
 use super::locked::Interval;
 use super::stepper::{Field, OneStep, Point, Stepper};
@@ -90,13 +91,11 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         let curve = stepper.dense_output(&mut field, from, end);
         let (step, mut within) = (end.time - from.time, 0.5);
         for number in 0..count as u32 {
-            let place = lit::<T>((f64::from(number) + within) / count);
-            let rate = field.rate(from.time + step * place, &curve.at(place));
-            let (after, before) = (curve.at(place + lit(NEAR)), curve.at(place - lit(NEAR)));
-            let way = after.with(&before, |after, before| (after - before) * lit(0.5 / NEAR));
-            let off = rate.with(&way, |rate, way| (rate * step - way) * lit(1.0 / count));
-            if !(to_f64(off.over(&end.scale)) <= most) {
-                return Some(step * place * lit(0.9));
+            let place = (f64::from(number) + within) / count;
+            let rate = field.rate(from.time + step * lit(place), &curve.at(lit(place)));
+            let off = astray(&curve, (place, NEAR), &rate, step);
+            if !(to_f64(off.over(&end.scale)) / count <= most) {
+                return Some(step * lit(place * 0.9));
             }
             within = (within + GOLDEN) % 1.0;
         }
@@ -122,20 +121,31 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         let curve = known.unwrap_or_else(|| stepper.dense_output(&mut field, from, end));
         let step = end.time - from.time;
         for (_, is_end) in [(has_turned, false), (is_cut, true)].into_iter().filter(|side| side.0) {
-            let place = |part: f64| lit::<T>(if is_end { 1.0 - part } else { part });
+            let place = |part: f64| if is_end { 1.0 - part } else { part };
             let mut part = UNSEEN;
             while part * part > least {
-                let rate = field.rate(from.time + step * place(part), &curve.at(place(part)));
-                let [before, after] = [0.9, 1.1].map(|near| curve.at(place(near * part)));
-                let way = after.with(&before, |after, before| (after - before) * lit(5.0));
-                let sign = if is_end { -1.0 } else { 1.0 };
-                let off = rate.with(&way, |rate, way| rate * step * lit(sign * part) - way);
-                if !(to_f64(off.over(&end.scale)) <= most) {
-                    return Some(step * place(3.0 * part));
+                let at = lit(place(part));
+                let rate = field.rate(from.time + step * at, &curve.at(at));
+                let off = astray(&curve, (place(part), CLOSER * part), &rate, step);
+                if !(to_f64(off.over(&end.scale)) * part <= most) {
+                    return Some(step * lit(place(3.0 * part)));
                 }
                 part *= CLOSER;
             }
         }
         None
     }
+}
+
+/// What a rate makes of a whole step, less what the slope of its curve at a place does, which is
+/// that over so much of the step to both sides.
+fn astray<T: Scalar, V: States<T>>(
+    curve: &DenseOutput<T, V>,
+    (place, near): (f64, f64),
+    rate: &V,
+    step: T,
+) -> V {
+    let [before, after] = [place - near, place + near].map(|place| curve.at(lit(place)));
+    let way = after.with(&before, |after, before| (after - before) * lit(0.5 / near));
+    rate.with(&way, |rate, way| rate * step - way)
 }
