@@ -209,6 +209,13 @@ where
         self.plastic.storage_stiffness()
     }
 
+    /// (z − s z_b)(z − z_m) \[m²\] with z along the sliding: α has kinks at both.
+    fn switching_function(&self, surface: Surface<T>, deflection: T) -> Option<T> {
+        let aligned = surface.direction() * deflection;
+        let full = surface.friction(self.plastic.curve()) / self.storage_stiffness();
+        Some((aligned - surface.apply(self.stick_limit)) * (aligned - full))
+    }
+
     fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
         self.plastic.holding_coefficient(surface, carried)
     }

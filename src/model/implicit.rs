@@ -72,7 +72,7 @@ use crate::{Branch, Bristle, Scalar, Surface};
 /// Besides reversals the field has a kink where the tip begins or ceases to stick, a zero of
 /// [`stick_excess`](Self::stick_excess); an adaptive method finds it by rejecting steps. A slip
 /// that falls between the stages of a step is found by the
-/// [switching function](crate::ode::System::switching_function).
+/// [switching function](crate::ode::System::switching_functions).
 /// There is no kink at v = 0. In the stick-slip rig of the paper, 60 s, it takes 1.34 times the
 /// evaluations of FrBD at a tolerance of 1e-4 and 1.24 times at 1e-8 (`Solver::adaptive`):
 ///

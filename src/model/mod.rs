@@ -329,7 +329,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// A quantity that passes zero where rate and force have a kink beside v = 0, such as what
     /// exceeds the friction of a tip that sticks: see
-    /// [`ode::System::switching_function`](crate::ode::System::switching_function). `None` for a
+    /// [`ode::System::switching_functions`](crate::ode::System::switching_functions). `None` for a
     /// model that is smooth on a branch.
     #[inline]
     fn switching_function(&self, surface: Surface<T>, deflection: Self::Deflection) -> Option<T> {

@@ -85,7 +85,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         }
         let side = |state: &V| self.system.switching(time, state, &self.branches);
         if let (Some(one), Some(other)) = (side(&ahead), side(&behind))
-            && !(one * other > T::zero())
+            && (0..states).any(|i| !(one[i] * other[i] > T::zero()))
         {
             return None;
         }

@@ -107,11 +107,16 @@ pub trait System<T: Scalar> {
         None
     }
 
-    /// A quantity that passes zero where the right-hand side has a kink without a reversal: see
-    /// [`ode::System::switching_function`](super::System::switching_function).
-    fn switching_function(&self, time: T, state: &[T], branches: &[Branch]) -> Option<T> {
-        let _ = (time, state, branches);
-        None
+    /// Tells each quantity that passes zero where the right-hand side has a kink without a
+    /// reversal: see [`ode::System::switching_functions`](super::System::switching_functions).
+    fn switching_functions(
+        &self,
+        time: T,
+        state: &[T],
+        branches: &[Branch],
+        tell: &mut dyn FnMut(T),
+    ) {
+        let _ = (time, state, branches, tell);
     }
 
     /// No adaptive step is longer than this \[s\].
@@ -182,8 +187,11 @@ impl<T: Scalar, S: System<T> + ?Sized> Equations<T, Vec<T>, Any> for S {
     }
 
     #[inline]
-    fn switching(&self, time: T, state: &Vec<T>, branches: &Vec<Branch>) -> Option<T> {
-        self.switching_function(time, state, branches)
+    fn switching(&self, time: T, state: &Vec<T>, branches: &Vec<Branch>) -> Option<Vec<T>> {
+        let tell_all = |tell: &mut dyn FnMut(T)| {
+            self.switching_functions(time, state, branches, tell);
+        };
+        system::told(state.len(), tell_all)
     }
 
     fn limit(&self) -> Option<T> {

@@ -1,4 +1,4 @@
-//! Kinks of which a [switching function](super::System::switching_function) tells.
+//! Kinks of which a [switching function](super::System::switching_functions) tells.
 //!
 //! A step over a zero of the function shall end just beyond it: an error estimate may vanish by
 //! chance over a kink. A function that has one sign at both ends of a step, and falls from both
@@ -41,46 +41,61 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     pub(super) fn grazed(&mut self, end: &Point<T, V>, interval: Interval<T>) -> Option<T> {
         let start = self.system.switching(self.point.time, &self.point.state, &self.branches)?;
         let last = self.system.switching(end.time, &end.state, &self.branches)?;
-        let (along, one) = ((end.time - self.point.time, start.signum()), T::one());
-        let touches = start * last > T::zero();
+        let step = end.time - self.point.time;
         let curve = &self.step.dense_output;
-        let near = [lit(SOON), one - lit(SOON)].map(|place| self.value_within(curve, along, place));
-        let looks = match near {
-            [Some(first), Some(near)] if touches => first < start.abs() && near < last.abs(),
-            [Some(first), Some(near)] => first > T::zero() && near < T::zero(),
-            _ => false,
+        let [soon, late] =
+            [lit(SOON), T::one() - lit(SOON)].map(|place| self.values_within(curve, step, place));
+        let (soon, late) = (soon?, late?);
+        let looks = |i: usize| {
+            let side = start[i].signum();
+            let [start, soon, late, last] = [&start, &soon, &late, &last].map(|x| side * x[i]);
+            if last > T::zero() {
+                soon < start && late < last
+            } else {
+                soon > T::zero() && late < T::zero()
+            }
         };
-        looks.then(|| self.zero(end, interval, (along, touches)))?
+        let of_functions = (0..end.state.count()).filter(|&i| looks(i));
+        let zeros = of_functions.filter_map(|i| self.zero(end, interval, (i, [start[i], last[i]])));
+        zeros.reduce(|one, other| if one.abs() < other.abs() { one } else { other })
     }
 
-    /// The length of a step to just beyond the first zero, or the first of two.
+    /// The length of a step to just beyond the first zero of one function, or the first of two. Its
+    /// values at both ends are given.
     #[cold]
     fn zero(
         &mut self,
         end: &Point<T, V>,
         interval: Interval<T>,
-        (along, touches): ((T, T), bool),
+        (function, [start, last]): (usize, [T; 2]),
     ) -> Option<T> {
-        let noise = self.noise(end)?;
+        let (noise, side) = (self.noise(end, function)?, start.signum());
+        let touches = start * last > T::zero();
+        if !touches && !(start.abs().smaller(last.abs()) > noise) {
+            return None;
+        }
+        let step = end.time - self.point.time;
         let (stepper, mut field, from) = self.parts(interval);
         let curve = stepper.dense_output(&mut field, from, end);
-        let value = |place| self.value_within(&curve, along, place);
-        let ends = (T::zero(), T::one());
-        let (mut before, mut beyond) = if touches { deepest(&value)? } else { ends };
-        let is_felt = value(beyond)? < -noise && (touches || value(before)? > noise);
-        if !is_felt {
-            return None;
+        let value = |place| Some(side * self.values_within(&curve, step, place)?[function]);
+        let (mut before, mut beyond) = (T::zero(), T::one());
+        if touches {
+            (before, beyond) = deepest(&value)?;
+            if !(value(beyond)? < -noise) {
+                return None;
+            }
         }
         for _ in 0..HALVINGS {
             let middle = (before + beyond) * lit(0.5);
             if value(middle)? < T::zero() { beyond = middle } else { before = middle }
         }
-        Some(along.0 * beyond)
+        Some(step * beyond)
     }
 
-    /// What the switching function may be off where each state is off by its tolerance.
-    fn noise(&self, end: &Point<T, V>) -> Option<T> {
-        let value = |state: &V| self.system.switching(end.time, state, &self.branches);
+    /// What a switching function may be off where each state is off by its tolerance.
+    fn noise(&self, end: &Point<T, V>, function: usize) -> Option<T> {
+        let value =
+            |state: &V| Some(self.system.switching(end.time, state, &self.branches)?[function]);
         let (last, mut beside) = (value(&end.state)?, end.state.clone());
         let mut noise = T::zero();
         for i in 0..beside.count() {
@@ -91,11 +106,9 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
         Some(noise)
     }
 
-    /// The switching function within a step of a length on a curve, times a sign.
-    fn value_within(&self, curve: &DenseOutput<T, V>, (step, side): (T, T), place: T) -> Option<T> {
-        let time = self.point.time + step * place;
-        let value = self.system.switching(time, &curve.at(place), &self.branches)?;
-        Some(side * value)
+    /// The switching functions within a step of a length on a curve.
+    fn values_within(&self, curve: &DenseOutput<T, V>, step: T, place: T) -> Option<V> {
+        self.system.switching(self.point.time + step * place, &curve.at(place), &self.branches)
     }
 }
 

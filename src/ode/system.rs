@@ -83,20 +83,43 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
         None
     }
 
-    /// A quantity that passes zero where f has a kink, or jumps, without a reversal: the gap to a
-    /// floor, or that [of a bristle](crate::Bristle::switching_function) whose tip begins to slip.
-    /// Of several their product. An adaptive step over a zero ends just beyond it, also where the
-    /// signs at both ends are the same: a touch that lasts for a part of a step may fall between
-    /// the stages. What rests at a zero within the tolerances is left alone. `None` if there is
-    /// none.
-    fn switching_function(
+    /// Tells each quantity that passes zero where f has a kink, or jumps, without a reversal: the
+    /// gap to a floor, or that [of a bristle](crate::Bristle::switching_function) whose tip begins
+    /// to slip. An adaptive step over a zero ends just beyond it, also where the signs at both ends
+    /// are the same: a touch that lasts for a part of a step may fall between the stages. What
+    /// rests at a zero within the tolerances is left alone. Tell them in one order always, and not
+    /// more than there are states: a further one is multiplied into one told before.
+    ///
+    /// ```
+    /// # use bristle::{Branch, Bristle, Contact, ElastoPlastic, ode};
+    /// # use bristle::curve::Coulomb;
+    /// # use bristle::rheology::KelvinVoigt;
+    /// # use nalgebra::{SVector, Vector3};
+    /// # struct Foot(Contact<f64, ElastoPlastic<Coulomb<f64>, KelvinVoigt<f64>>>);
+    /// # impl ode::System<f64, 3, 1> for Foot {
+    /// # fn rate(&self, _: f64, x: &Vector3<f64>, _: [Branch; 1]) -> Vector3<f64> { *x }
+    /// # fn sliding_velocities(&self, _: f64, x: &Vector3<f64>) -> [f64; 1] { [x[1]] }
+    /// // The states: the height above a floor, the sliding velocity, the deflection of a contact.
+    /// fn switching_functions(
+    ///     &self,
+    ///     _time: f64,
+    ///     state: &SVector<f64, 3>,
+    ///     [branch]: [Branch; 1],
+    ///     tell: &mut dyn FnMut(f64),
+    /// ) {
+    ///     tell(state[0]);
+    ///     self.0.switching_function(branch.of(state[1]), state[2]).map(tell);
+    /// }
+    /// # }
+    /// ```
+    fn switching_functions(
         &self,
         time: T,
         state: &SVector<T, N>,
         branches: [Branch; K],
-    ) -> Option<T> {
-        let _ = (time, state, branches);
-        None
+        tell: &mut dyn FnMut(T),
+    ) {
+        let _ = (time, state, branches, tell);
     }
 
     /// No adaptive step is longer than this \[s\]. `None` if there is no such limit.
@@ -168,8 +191,8 @@ pub trait Equations<T: Scalar, V: States<T>, K> {
     /// [`System::next_kink`].
     fn kink(&self, time: T, towards: T) -> Option<T>;
 
-    /// [`System::switching_function`].
-    fn switching(&self, time: T, state: &V, branches: &Self::Contacts<Branch>) -> Option<T>;
+    /// [`System::switching_functions`], as many as there are states; `None` if there are none.
+    fn switching(&self, time: T, state: &V, branches: &Self::Contacts<Branch>) -> Option<V>;
 
     /// [`System::longest_step`].
     fn limit(&self) -> Option<T>;
@@ -230,8 +253,13 @@ impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize>
     }
 
     #[inline(always)]
-    fn switching(&self, time: T, state: &SVector<T, N>, branches: &[Branch; K]) -> Option<T> {
-        self.switching_function(time, state, *branches)
+    fn switching(
+        &self,
+        time: T,
+        state: &SVector<T, N>,
+        branches: &[Branch; K],
+    ) -> Option<SVector<T, N>> {
+        told(N, |tell| self.switching_functions(time, state, *branches, tell))
     }
 
     fn limit(&self) -> Option<T> {
@@ -241,4 +269,21 @@ impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize>
     fn magnitudes(&self) -> SVector<T, N> {
         self.scales()
     }
+}
+
+/// What is told, in an entry each; those that are left are one.
+#[inline(always)]
+pub(super) fn told<T: Scalar, V: States<T>>(
+    states: usize,
+    functions: impl FnOnce(&mut dyn FnMut(T)),
+) -> Option<V> {
+    let (mut values, mut count) = (None, 0);
+    functions(&mut |value| {
+        let values = values.get_or_insert_with(|| V::filled(states, T::one()));
+        if states > 0 {
+            values[count % states] *= value;
+            count += 1;
+        }
+    });
+    values
 }

@@ -177,8 +177,14 @@ where
     }
 
     #[inline]
-    fn switching_function(&self, _time: T, state: &Vector4<T>, [branch]: [Branch; 1]) -> Option<T> {
-        self.body().switching_function(state, branch)
+    fn switching_functions(
+        &self,
+        _time: T,
+        state: &Vector4<T>,
+        [branch]: [Branch; 1],
+        tell: &mut dyn FnMut(T),
+    ) {
+        self.body().switching_function(state, branch).map(tell);
     }
 
     fn longest_step(&self) -> Option<T> {

@@ -121,14 +121,15 @@ where
     }
 
     #[inline]
-    fn switching_function(
+    fn switching_functions(
         &self,
         time: T,
         state: &SVector<T, N>,
         [branch]: [Branch; 1],
-    ) -> Option<T> {
+        tell: &mut dyn FnMut(T),
+    ) {
         let sliding = branch.of(self.velocity.value(time));
-        self.contact.switching_function(sliding, M::Deflection::from_states(state))
+        self.contact.switching_function(sliding, M::Deflection::from_states(state)).map(tell);
     }
 
     fn longest_step(&self) -> Option<T> {

@@ -219,8 +219,14 @@ impl System<f64, 3, 0> for Ceiling {
         []
     }
 
-    fn switching_function(&self, _: f64, x: &Vector3<f64>, _: [Branch; 0]) -> Option<f64> {
-        self.says.then_some(x[0])
+    fn switching_functions(
+        &self,
+        _: f64,
+        x: &Vector3<f64>,
+        _: [Branch; 0],
+        tell: &mut dyn FnMut(f64),
+    ) {
+        self.says.then_some(x[0]).map(tell);
     }
 }
 
@@ -257,8 +263,14 @@ impl System<f64, 2, 0> for Resting {
         []
     }
 
-    fn switching_function(&self, time: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Option<f64> {
-        self.says.then(|| x[0] - time.sin())
+    fn switching_functions(
+        &self,
+        time: f64,
+        x: &Vector2<f64>,
+        _: [Branch; 0],
+        tell: &mut dyn FnMut(f64),
+    ) {
+        self.says.then(|| x[0] - time.sin()).map(tell);
     }
 }
 

@@ -302,13 +302,21 @@ where
     }
 
     #[inline]
-    fn switching_function(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<T> {
+    fn switching_functions(
+        &self,
+        time: T,
+        state: &Vector3<T>,
+        [branch]: [Branch; 1],
+        tell: &mut dyn FnMut(T),
+    ) {
         let (gear, [_, velocity, deflection]) = (self.gear(), <[T; 3]>::from(*state));
         let (contact, sliding) = (gear.contact(), branch.of(velocity));
         // Most models have none, and need no torques.
-        contact.switching_function(sliding, deflection)?;
-        let scale = gear.load(self.torques(time, state)) / contact.reference_load();
-        contact.model().switching_function(Surface::scaled(sliding, scale), deflection)
+        if contact.switching_function(sliding, deflection).is_some() {
+            let scale = gear.load(self.torques(time, state)) / contact.reference_load();
+            let surface = Surface::scaled(sliding, scale);
+            contact.model().switching_function(surface, deflection).map(tell);
+        }
     }
 
     fn longest_step(&self) -> Option<T> {

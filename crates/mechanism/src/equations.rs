@@ -183,20 +183,27 @@ where
         }
     }
 
-    fn switching_function(&self, time: T, state: &[T], branches: &[Branch]) -> Option<T> {
+    fn switching_functions(
+        &self,
+        time: T,
+        state: &[T],
+        branches: &[Branch],
+        tell: &mut dyn FnMut(T),
+    ) {
         let (n, m) = self.mechanism.sizes();
         let zero = T::zero();
         // Most models have none, and need no forces.
-        (0..m).find_map(|k| self.contact(k).switching_function(zero, zero))?;
+        if (0..m).all(|k| self.contact(k).switching_function(zero, zero).is_none()) {
+            return;
+        }
         let [prescribed, load] = self.acting(time, state, &mut vec![zero; n]);
-        let of_contact = |k: usize| {
+        for k in 0..m {
             let sliding = along(self.mechanism.row(k), &state[n..2 * n]) + prescribed[k];
             let contact = self.contact(k);
             let scale = load[k] / contact.reference_load();
             let surface = Surface::scaled(branches[k].of(sliding), scale);
-            contact.model().switching_function(surface, state[2 * n + k])
-        };
-        (0..m).filter_map(of_contact).reduce(|product, one| product * one)
+            contact.model().switching_function(surface, state[2 * n + k]).map(&mut *tell);
+        }
     }
 
     fn longest_step(&self) -> Option<T> {

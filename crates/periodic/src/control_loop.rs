@@ -295,13 +295,14 @@ impl<M: Bristle<f64, Deflection = f64>, const N: usize> System<f64, N> for Contr
     }
 
     #[inline]
-    fn switching_function(
+    fn switching_functions(
         &self,
         _: f64,
         state: &SVector<f64, N>,
         [branch]: [Branch; 1],
-    ) -> Option<f64> {
-        self.parameters.contact.switching_function(branch.of(state[1]), state[2])
+        tell: &mut dyn FnMut(f64),
+    ) {
+        self.parameters.contact.switching_function(branch.of(state[1]), state[2]).map(tell);
     }
 
     /// The position error that the controller does not feel at breakaway, and what the mass does

@@ -86,8 +86,14 @@ impl<M: Bristle<f64, Deflection = f64>> System<f64, 3> for DrivenMass<M> {
     }
 
     #[inline]
-    fn switching_function(&self, _: f64, x: &Vector3<f64>, branches: [Branch; 1]) -> Option<f64> {
-        self.scene.switching_function(0.0, &place(x), branches)
+    fn switching_functions(
+        &self,
+        _: f64,
+        x: &Vector3<f64>,
+        branches: [Branch; 1],
+        tell: &mut dyn FnMut(f64),
+    ) {
+        self.scene.switching_functions(0.0, &place(x), branches, tell);
     }
 
     fn scales(&self) -> Vector3<f64> {
