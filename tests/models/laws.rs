@@ -183,6 +183,15 @@ fn plasticity_rises_from_zero_at_the_stick_limit_to_one_at_full_deflection() {
             assert_within(1e-14, 1.0, model.plasticity(v, z), alpha, || format!("α({v}, {z})"));
         }
     }
+    // Between the kinks of α, and there alone, the switching function is negative.
+    for (z, side) in [(4e-5, 1.0), (6e-5, -1.0), (9e-5, -1.0), (1.1e-4, 1.0), (-6e-5, 1.0)] {
+        for (surface, z) in [(0.1.into(), z), ((-0.1).into(), -z)] {
+            let value: f64 = model.switching_function(surface, z).unwrap();
+            assert_eq!(value.signum(), side, "{z}");
+        }
+        let scaled = model.switching_function(Surface::scaled(0.1, 0.5), 0.5 * z).unwrap();
+        assert_eq!(scaled.signum(), side, "{z}");
+    }
     assert_eq!(model.characteristics(1.0).unwrap().stick_limit, Some(5e-5));
     assert!(model.plasticity(0.1, f64::NAN).is_nan());
     assert!(model.rate(0.1, f64::NAN).is_nan());

@@ -483,6 +483,15 @@ fn arm<const N: usize, const K: usize>(draw: &mut Draw, tolerances: &[f64], tall
     tally.compare::<_, N, K>((&format!("arm, {K} joints"), &METHODS, tolerances), scene, fine);
 }
 
+/// Axes with elasto-plastic friction.
+fn yielding<const N: usize, const K: usize>(draw: &mut Draw, tols: &[f64], tally: &mut Tally) {
+    let stick_limit = 1e-3 * (0.2 + 0.7 * draw.next());
+    let axes = Axes(Joints::<K>::drawn(draw).elasto_plastic(stick_limit));
+    let scene = (&axes, SVector::<f64, N>::zeros(), 3.0);
+    let fine = || fine::<_, N, K>(scene, AnyMethod::DormandPrince8);
+    tally.compare::<_, N, K>((&format!("yielding, {K} joints"), &METHODS, tols), scene, fine);
+}
+
 /// Draws a scene of a kind.
 type Kind = fn(&mut Draw, &[f64], &mut Tally);
 
@@ -499,8 +508,11 @@ const KINDS: [(&str, Kind, usize); 8] = [
 ];
 
 /// Kinds of many joints, drawn by themselves.
-const OF_MANY_JOINTS: [(&str, Kind, usize); 2] =
-    [("axes, 7 joints", axes::<21, 7>, 1), ("arm, 4 joints", arm::<12, 4>, 1)];
+const OF_MANY_JOINTS: [(&str, Kind, usize); 3] = [
+    ("axes, 7 joints", axes::<21, 7>, 1),
+    ("arm, 4 joints", arm::<12, 4>, 1),
+    ("axes, elasto-plastic", yielding::<12, 4>, 1),
+];
 
 /// The law on so many scenes, or on the one of each kind with the number `BRISTLE_SCENE`.
 fn law(kinds: &[(&str, Kind, usize)], seed: u64, scenes: usize, tolerances: &[f64]) {

@@ -3,7 +3,7 @@
 use bristle::curve::Stribeck;
 use bristle::ode::System;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Branch, Bristle, Contact, FrBd, paper};
+use bristle::{Branch, Bristle, Contact, ElastoPlastic, FrBd, paper};
 use nalgebra::{SMatrix, SVector};
 
 use crate::draw::Draw;
@@ -14,21 +14,39 @@ const MASS: f64 = 3.0;
 /// [m/s²].
 const GRAVITY: f64 = 9.81;
 
+/// The model of friction.
+pub type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
+/// The elasto-plastic one.
+pub type Yielding = ElastoPlastic<Stribeck<f64>, KelvinVoigt<f64>>;
+
 /// Joints with position control and friction, each with a sine of its own to follow.
-pub struct Joints<const K: usize> {
-    friction: Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>,
+pub struct Joints<const K: usize, M = Friction> {
+    friction: Contact<f64, M>,
     /// Of the position [N m/rad] and of the velocity [N m s/rad].
     gains: [f64; 2],
     /// Amplitude [rad], angular frequency [rad/s] and phase [rad] of each.
     sines: [[f64; 3]; K],
 }
 
+fn parts() -> (Stribeck<f64>, KelvinVoigt<f64>) {
+    let bristle = KelvinVoigtParameters { micro_stiffness: 1e3, micro_damping: 2.0 };
+    (Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), KelvinVoigt::new(bristle).unwrap())
+}
+
 impl<const K: usize> Joints<K> {
     pub fn new(gains: [f64; 2], sines: [[f64; 3]; K]) -> Self {
-        let bristle = KelvinVoigtParameters { micro_stiffness: 1e3, micro_damping: 2.0 };
-        let bristle = KelvinVoigt::new(bristle).unwrap();
-        let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+        let (curve, bristle) = parts();
         Self { friction: FrBd::new(curve, bristle).under_load(3.0).unwrap(), gains, sines }
+    }
+
+    /// With the elasto-plastic model of the same curve and bristle, and a stick limit [m] below
+    /// 1e-3.
+    pub fn elasto_plastic(self, stick_limit: f64) -> Joints<K, Yielding> {
+        let (curve, bristle) = parts();
+        let friction = ElastoPlastic::new(curve, bristle, stick_limit).unwrap();
+        let Self { gains, sines, .. } = self;
+        Joints { friction: friction.under_load(3.0).unwrap(), gains, sines }
     }
 
     pub fn drawn(draw: &mut Draw) -> Self {
@@ -39,7 +57,9 @@ impl<const K: usize> Joints<K> {
         let sines = std::array::from_fn(sine);
         Self::new([gain, 0.05 * gain], sines)
     }
+}
 
+impl<const K: usize, M: Bristle<f64, Deflection = f64>> Joints<K, M> {
     /// Writes the rates of position and deflection. Answers with the torque of joint i.
     fn torque(&self, i: usize, time: f64, state: &[f64], branch: Branch, rate: &mut [f64]) -> f64 {
         let [angle, velocity, deflection] = [0, 1, 2].map(|k| state[3 * i + k]);
@@ -51,15 +71,25 @@ impl<const K: usize> Joints<K> {
         self.gains[0] * off[0] + self.gains[1] * off[1] - friction.force
     }
 
+    fn switching_functions(&self, state: &[f64], branches: [Branch; K], tell: &mut dyn FnMut(f64)) {
+        for (i, branch) in branches.into_iter().enumerate() {
+            let sliding = branch.of(state[3 * i + 1]);
+            self.friction.switching_function(sliding, state[3 * i + 2]).map(&mut *tell);
+        }
+    }
+
     fn scales<const N: usize>() -> SVector<f64, N> {
         SVector::from_fn(|i, _| [0.5, 0.5, 1e-3][i % 3])
     }
 }
 
 /// Side by side, with springs of 40 N m/rad between them.
-pub struct Axes<const K: usize>(pub Joints<K>);
+pub struct Axes<const K: usize, M = Friction>(pub Joints<K, M>);
 
-impl<const N: usize, const K: usize> System<f64, N, K> for Axes<K> {
+impl<const N: usize, const K: usize, M> System<f64, N, K> for Axes<K, M>
+where
+    M: Bristle<f64, Deflection = f64>,
+{
     fn rate(&self, time: f64, state: &SVector<f64, N>, branches: [Branch; K]) -> SVector<f64, N> {
         let mut rate = SVector::<f64, N>::zeros();
         for (i, branch) in branches.into_iter().enumerate() {
@@ -76,6 +106,16 @@ impl<const N: usize, const K: usize> System<f64, N, K> for Axes<K> {
         core::array::from_fn(|i| state[3 * i + 1])
     }
 
+    fn switching_functions(
+        &self,
+        _: f64,
+        state: &SVector<f64, N>,
+        branches: [Branch; K],
+        tell: &mut dyn FnMut(f64),
+    ) {
+        self.0.switching_functions(state.as_slice(), branches, tell);
+    }
+
     fn scales(&self) -> SVector<f64, N> {
         Joints::<K>::scales()
     }
@@ -83,9 +123,12 @@ impl<const N: usize, const K: usize> System<f64, N, K> for Axes<K> {
 
 /// In a row, links with a mass at each end: with the angles φ from the horizontal, M φ̈ = Q,
 /// Mᵢⱼ = m l² (K − max(i, j)) cos(φᵢ − φⱼ), and 0.02 kg m² more on the diagonal.
-pub struct Arm<const K: usize>(pub Joints<K>);
+pub struct Arm<const K: usize, M = Friction>(pub Joints<K, M>);
 
-impl<const N: usize, const K: usize> System<f64, N, K> for Arm<K> {
+impl<const N: usize, const K: usize, M> System<f64, N, K> for Arm<K, M>
+where
+    M: Bristle<f64, Deflection = f64>,
+{
     fn rate(&self, time: f64, state: &SVector<f64, N>, branches: [Branch; K]) -> SVector<f64, N> {
         let mut rate = SVector::<f64, N>::zeros();
         let (mut angles, mut speeds, mut torques) = ([0.0; K], [0.0; K], [0.0; K]);
@@ -119,6 +162,16 @@ impl<const N: usize, const K: usize> System<f64, N, K> for Arm<K> {
 
     fn sliding_velocities(&self, _: f64, state: &SVector<f64, N>) -> [f64; K] {
         core::array::from_fn(|i| state[3 * i + 1])
+    }
+
+    fn switching_functions(
+        &self,
+        _: f64,
+        state: &SVector<f64, N>,
+        branches: [Branch; K],
+        tell: &mut dyn FnMut(f64),
+    ) {
+        self.0.switching_functions(state.as_slice(), branches, tell);
     }
 
     fn scales(&self) -> SVector<f64, N> {
