@@ -38,6 +38,10 @@ use crate::{Bristle, Scalar, Surface};
 ///   freezes α at a predicted deflection, z + ½ h v for a step of length h, and is of second order:
 ///   take it for this model.
 ///
+/// α has kinks where |z| passes s z_b and z_m, and adaptive steps shall end there. Scenes and
+/// mechanisms tell a solver of them; in a system of your own hand them on
+/// ([`ode::System::switching_functions`](crate::ode::System::switching_functions)).
+///
 /// Source: P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction
 /// models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model of Romano
 /// et al. (arXiv 2602.09429), section III-A.

@@ -12,6 +12,9 @@
 //! steps as stability asks for, and a step of a Rosenbrock method costs as the cube of their
 //! number, about a second for 1 000 states and twenty seconds for 3 000.
 //!
+//! [`ode::solve`](super::solve) takes these systems as those of fixed size. Where you choose a
+//! method or tolerances yourself, [`Solver`] and [`Tolerances`] of this module are those for them.
+//!
 //! ```
 //! use bristle::ode::{self, Output, dynamic};
 //! use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters};

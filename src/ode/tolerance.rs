@@ -175,8 +175,5 @@ impl<T: Scalar, V: States<T>> Tolerances<T, V> {
 
 /// Checks a relative tolerance.
 pub(super) fn check<T: Scalar>(name: &'static str, relative: T) -> Checked<T> {
-    let least = lit::<T>(LEAST) * T::default_epsilon();
-    Named(name, relative).positive()?;
-    Named(name, relative).at_most("a tenth", lit(MOST))?;
-    Named(name, relative).at_least("ten roundings of the scalar", least)
+    Named(name, relative).between(LEAST * to_f64(T::default_epsilon()), MOST)
 }

@@ -450,7 +450,12 @@ fn a_first_step_advances_a_late_time() {
 fn a_tolerance_below_the_rounding_of_the_scalar_is_refused() {
     let error = Tolerances::scaled(1e-20, Vector1::new(1.0)).unwrap_err();
     assert_eq!((error.name, error.value), ("relative", 1e-20));
-    assert!(error.to_string().contains("ten roundings of the scalar = 2.22"), "{error}");
+    // The range that is named is the one that is taken.
+    for wrong in [1e-20, -1.0, 0.2] {
+        let error = Tolerances::scaled(wrong, Vector1::new(1.0)).unwrap_err().to_string();
+        assert!(error.contains("between 2.22") && error.ends_with("e-15 and 0.1"), "{error}");
+    }
+    assert!(Tolerances::scaled(0.1, Vector1::new(1.0)).is_ok());
     assert!(Tolerances::scaled(1e-6f32, Vector1::new(1.0)).is_err());
     assert!(Tolerances::scaled(2e-6f32, Vector1::new(1.0)).is_ok());
     assert!(Tolerances::scaled(1e-14, Vector1::new(1.0)).is_ok());

@@ -409,7 +409,7 @@ pub fn bearing_friction<T: Scalar>(
         before.map_or_else(|| speed.exactly(T::zero()), |before| speed.increasing(before))?;
         Named("torque", torque).positive()
     })?;
-    Named("peak", Named("peak", peak).finite()?).at_least("one", T::one())?;
+    Named("peak", Named("peak", peak).finite()?).stated(peak >= T::one(), "be at least one")?;
     Named("fall_speed", fall_speed).positive()?;
     let mut rows = tau_pos.iter().copied();
     let [_, start] = rows.next().unwrap_or([T::zero(); 2]);
@@ -519,7 +519,7 @@ impl<T: Scalar> LossyGear<T> {
         let (one, two) = (T::one(), lit::<T>(2.0));
         for (name, value) in [("driving_efficiency", drive), ("back_driving_efficiency", back)] {
             Named(name, value).positive()?;
-            Named(name, value).at_most("one", one)?;
+            Named(name, value).stated(value <= one, "be at most one")?;
         }
         let ratio = Named("ratio", self.ratio).positive()?;
         let first = Named("driving_friction", self.driving_friction).non_negative()?;
@@ -567,8 +567,10 @@ impl<T: Scalar> LossyGear<T> {
         let mu = gear.friction_scale() * coefficient;
         let TorqueLoadParameters { idle_load, motor_share, external_share } =
             gear.law().parameters();
-        let motor = Named("mu k_m", mu * motor_share).below("one", one)?;
-        let external = Named("mu k_e", mu * external_share).below("one", one)?;
+        let below_one =
+            |name, share| Named(name, mu * share).stated(mu * share < one, "be below one");
+        let motor = below_one("mu k_m", motor_share)?;
+        let external = below_one("mu k_e", external_share)?;
         let beside = (mu * idle_load + gear.drag() * speed) / ratio;
         Ok(Self {
             driving_efficiency: (one - motor) / (one + external),

@@ -239,7 +239,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> MaxwellSlip<C, T, N> {
     fn of(curve: C, elements: [Slip<T>; N], micro_damping: T, stick_ratio: T) -> Checked<Self> {
         let micro_damping = Named("micro_damping", micro_damping).non_negative()?;
         Named("stick_ratio", stick_ratio).positive()?;
-        Named("stick_ratio", stick_ratio).below("one", T::one())?;
+        Named("stick_ratio", stick_ratio).stated(stick_ratio < T::one(), "be below one")?;
         let total = elements.iter().fold(T::zero(), |sum, element| sum + element.stiffness);
         Ok(Self { curve, elements, damping_time: micro_damping / total, stick_ratio })
     }
