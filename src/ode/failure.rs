@@ -15,7 +15,8 @@ pub enum StopReason {
     #[error(transparent)]
     Refused(#[from] ParameterError),
     /// The right-hand side is not finite, however short the step. That of an implicit bristle is
-    /// none beyond its [fold](crate::Bristle::folding_scale).
+    /// none beyond its [fold](crate::Bristle::folding_scale), that of any contact under a load that
+    /// is negative or not a number.
     #[error("component {component} of the right-hand side or of the state is not finite")]
     NotFinite {
         /// The first component that is not.
@@ -30,7 +31,9 @@ pub enum StopReason {
     /// The tolerances, or a fixed step, ask for steps that no longer advance the time.
     ///
     /// Where the tolerances are loose, suspect the system: `sliding_velocities` of another sign
-    /// than `rate` gives to [`Branch::of`](crate::Branch::of), or a right-hand side that jumps.
+    /// than `rate` gives to [`Branch::of`](crate::Branch::of), a right-hand side that jumps, or a
+    /// bristle that is deflected under a load of zero: LuGre's and Dahl's relax infinitely fast
+    /// there, FrBD's unless σ1 > 0.
     #[error("the step falls below {smallest:e} s, the smallest that still advances the time")]
     StepTooSmall {
         /// The smallest step that advances the time.
