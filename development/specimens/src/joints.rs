@@ -40,8 +40,8 @@ impl<const K: usize> Joints<K> {
         Self { friction: FrBd::new(curve, bristle).under_load(3.0).unwrap(), gains, sines }
     }
 
-    /// With the elasto-plastic model of the same curve and bristle, and a stick limit [m] below
-    /// 1e-3.
+    /// With the elasto-plastic model of the same curve and bristle, and a stick limit \[m\]
+    /// below 1e-3.
     pub fn elasto_plastic(self, stick_limit: f64) -> Joints<K, Yielding> {
         let (curve, bristle) = parts();
         let friction = ElastoPlastic::new(curve, bristle, stick_limit).unwrap();
