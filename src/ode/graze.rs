@@ -40,7 +40,9 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     #[inline]
     pub(super) fn grazed(&mut self, end: &Point<T, V>, interval: Interval<T>) -> Option<T> {
         let start = self.system.switching(self.point.time, &self.point.state, &self.branches)?;
-        let last = self.system.switching(end.time, &end.state, &self.branches)?;
+        // At a kink of an input it may jump.
+        let latest = end.time.smaller(interval.1);
+        let last = self.system.switching(latest, &end.state, &self.branches)?;
         let step = end.time - self.point.time;
         let curve = &self.step.dense_output;
         let [soon, late] =

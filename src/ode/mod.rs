@@ -86,6 +86,7 @@ mod system;
 mod tolerance;
 #[cfg(feature = "alloc")]
 mod trajectory;
+mod turn;
 
 #[cfg(feature = "alloc")]
 pub mod dynamic;

@@ -84,6 +84,16 @@ impl<T: Scalar> ContactBranch<T> {
         self.greatest = self.greatest.larger(velocity.abs());
     }
 
+    /// Locks the contact to the side on which it slides, if its velocity has jumped there.
+    pub(super) fn jump(&mut self, velocity: T) -> bool {
+        let has_jumped = self.branch != Branch::Free && self.ahead < -self.noise;
+        if has_jumped {
+            self.branch = Branch::towards(velocity);
+            self.update(velocity);
+        }
+        has_jumped
+    }
+
     /// Takes note of the sliding velocity where the contact has just been locked, and of the error
     /// that the tolerances allow it, unless it is known from before.
     pub(super) fn begin(&mut self, velocity: T, error: Option<T>) {
@@ -123,13 +133,13 @@ const CLOSE: f64 = 0.05;
 
 /// Whether no contact comes near a reversal between two points, as far as a cubic tells: the one
 /// through the velocity at both ends and at the thirds, which stays within the hull of its four
-/// control points.
+/// control points. No velocity is asked for after the latest time, where an input may jump.
 #[inline]
 pub(super) fn surely_none<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
     system: &S,
     locks: &[ContactBranch<T>],
-    from: &Point<T, V>,
-    end: &Point<T, V>,
+    [from, end]: [&Point<T, V>; 2],
+    latest: T,
 ) -> bool {
     let duration = end.time - from.time;
     let third = duration * lit(1.0 / 3.0);
@@ -144,7 +154,7 @@ pub(super) fn surely_none<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Size
     };
     let early = system.velocities(from.time + third, &at_third(from, end, duration));
     let late = system.velocities(end.time - third, &at_third(end, from, -duration));
-    let last = system.velocities(end.time, &end.state);
+    let last = system.velocities(end.time.smaller(latest), &end.state);
     let velocities = early.entries().iter().zip(late.entries()).zip(last.entries());
     locks.iter().zip(velocities).all(|(lock, ((&early, &late), &last))| {
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
@@ -162,17 +172,19 @@ pub(super) fn surely_none<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Size
     })
 }
 
-/// Whether a trial step takes a contact to the wrong side of zero, and which one first.
+/// Whether a trial step takes a contact to the wrong side of zero, and which one first. No velocity
+/// is asked for after the latest time.
 pub(super) fn first_reversal<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>(
     system: &S,
     locks: &[ContactBranch<T>],
     step: &Step<T, V>,
-    smallest_step: T,
+    (latest, smallest_step): (T, T),
 ) -> Reversal<T> {
     let half: T = lit(0.5);
+    let time_at = |fraction: T| step.time_at(fraction).smaller(latest);
     let mut state = step.at_fraction(half);
-    let middle = system.velocities(step.time_at(half), &state);
-    let end = system.velocities(step.end_time, &step.end);
+    let middle = system.velocities(time_at(half), &state);
+    let end = system.velocities(step.end_time.smaller(latest), &step.end);
     let mut velocities = end.clone();
     let duration = (step.end_time - step.start_time).abs();
     let mut first = Reversal::None;
@@ -188,7 +200,7 @@ pub(super) fn first_reversal<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?S
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
         let at = |fraction: T| {
             step.at_fraction_to(fraction, &mut state);
-            system.velocities_to(step.time_at(fraction), &state, &mut velocities);
+            system.velocities_to(time_at(fraction), &state, &mut velocities);
             velocities.entries().get(index).map_or(T::zero(), |&v| ahead(v))
         };
         let search = Search {
@@ -261,7 +273,7 @@ mod tests {
                 let mut lock = ContactBranch::free();
                 lock.branch = branch;
                 lock.update(b[0]);
-                let found = surely_none(&Slider, &[lock], &from, &end);
+                let found = surely_none(&Slider, &[lock], [&from, &end], end.time);
                 assert_eq!(found, least > 0.05 * most, "{b:?}");
             }
         }

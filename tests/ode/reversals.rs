@@ -11,7 +11,7 @@ use bristle::ode::{
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
 use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{Bristle, FrBd, LuGre, Mechanism};
+use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, Mechanism};
 use bristle_specimens::ode::{
     Counted, OfAny, Sided, every_method, every_solver, rig, stick_slip, table_2_frbd, tolerance,
 };
@@ -522,4 +522,28 @@ fn the_peak_of_the_curve_at_a_fast_reversal_is_seen() {
         let worst = distance(&run, &fine, &scales) / 1e-10;
         assert!(worst < 20.0, "{deceleration} {micro_stiffness}: {worst}");
     }
+}
+
+/// A table of positions has a velocity in steps. With Dahl's model z goes to ±μ/σ0 on exponentials.
+#[test]
+fn a_velocity_that_jumps_across_zero_reverses_at_its_kink() {
+    let jumps = |t: f64| if (0.5..0.8).contains(&t) { (-0.2, 0.0) } else { (0.1, 0.0) };
+    let velocity = Function::new(jumps, [0.5, 0.8]);
+    assert_sides("jumps", &velocity, (0.0, 1.0), 0.4, 2);
+    let far = 1e-3; // [m]
+    let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 0.5 / far };
+    let contact = Dahl::new(parameters).unwrap().under_load(1.0).unwrap();
+    let scene = PrescribedVelocity::new(contact, velocity);
+    every_solver!(1e-4, tolerance(1e-8), |name, solver| {
+        let run = solver.solve(&scene, 0.0..1.0, Vector1::zeros(), Output::Steps).unwrap();
+        for (time, z) in run.iter() {
+            let relaxed = |from: f64, to: f64, way: f64| to + (from - to) * (-way / far).exp();
+            let first = relaxed(0.0, far, 0.1 * time.min(0.5));
+            let second = relaxed(first, -far, 0.2 * (time.min(0.8) - 0.5).max(0.0));
+            let want = relaxed(second, far, 0.1 * (time - 0.8).max(0.0));
+            assert!((z[0] - want).abs() < 1e-6 * far, "{name} at {time}: {} for {want}", z[0]);
+        }
+        let at: Vec<f64> = run.reversals().iter().map(|it| it.time).collect();
+        assert_eq!(at, [0.5, 0.8], "{name}");
+    });
 }
