@@ -488,7 +488,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.response(surface, deflection).force
     }
 
-    /// [`Bristle::switching_function`] under this load.
+    /// [`Bristle::switching_function`] under this load. Under another one, p, that of the
+    /// [model](Contact::model) on [`Surface::scaled`] by p over the reference load.
     #[inline(always)]
     pub fn switching_function(
         &self,

@@ -137,7 +137,7 @@ impl<T: Scalar, V: States<T>, M: OneStep<T, V>> Solver<T, M, V> {
         check_sizes(system, &initial_state).map_err(refuse)?;
         let tolerances =
             self.tolerances.as_ref().map_or(system.states(), |it| it.absolute().count());
-        as_many_as_states(system, "tolerances", tolerances).map_err(refuse)?;
+        as_many_as_states(system, "values of tolerances", tolerances).map_err(refuse)?;
         Named("span.start", span.start).finite().map_err(refuse)?;
         Named("span.end", span.end).finite().map_err(refuse)?;
         let finite = |&value: &T| Named("initial_state", value).finite();
@@ -307,8 +307,7 @@ fn as_many_as_states<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, K>
     name: &'static str,
     count: usize,
 ) -> Checked<()> {
-    let rule = "be as many as the system has states";
-    Named(name, count as f64).stated(count == system.states(), rule).map(drop)
+    Named(name, count).count_between(system.states(), system.states())
 }
 
 /// Refuses a state of another size than that of the system, and sizes that no system has: before
@@ -318,6 +317,6 @@ pub(super) fn check_sizes<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Size
     initial_state: &V,
 ) -> Checked<()> {
     Named("states", system.states()).count(1)?;
-    as_many_as_states(system, "initial_state", initial_state.count())?;
+    as_many_as_states(system, "values of initial_state", initial_state.count())?;
     Named("contacts", system.contacts()).count_between(0, MOST_CONTACTS)
 }

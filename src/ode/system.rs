@@ -76,8 +76,8 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
         None
     }
 
-    /// The first time strictly between `time` and `towards` at which an input is not
-    /// smooth. There the right-hand side is that just after.
+    /// The first time strictly between `time` and `towards` at which an input is not smooth. There
+    /// the right-hand side is that just after. A sliding velocity may jump there, also across zero.
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let _ = (time, towards);
         None

@@ -35,6 +35,11 @@ pub struct Acting<'a, T> {
 /// The equations of motion of a [`LinearMechanism`], an [`Arm`] or an [`ElasticJoint`]: a
 /// [`dynamic::System`].
 ///
+/// Friction is that of [`Contact::response_under`] under the loads that act, also where they are
+/// those of the contacts: what a bristle holds beyond the friction of the moment is cut. With much
+/// viscous friction a body that slows down quickly has a smaller force by that than
+/// [`Contact::response`] gives.
+///
 /// It gives no derivatives: where a method asks for them, each state costs an evaluation, and one
 /// of an arm of n joints costs as n³. With stiff bristles, arms of some ten joints are quick and
 /// those of sixty are dear; a fixed step of theirs costs as n³ alone.
@@ -74,6 +79,7 @@ pub struct EquationsOfMotion<'a, T, B, M, F> {
     factors: Vec<T>,
     scales: Vec<T>,
     longest_step: Option<T>,
+    kinks: Vec<T>,
     act: F,
 }
 
@@ -108,7 +114,8 @@ where
         let mut scales = vec![magnitudes[0]; 2 * n + m];
         scales[n..2 * n].fill(magnitudes[1]);
         let factors = mechanism.factors();
-        let mut all = Self { mechanism, contacts, factors, scales, longest_step: None, act };
+        let (longest_step, kinks) = (None, Vec::new());
+        let mut all = Self { mechanism, contacts, factors, scales, longest_step, kinks, act };
         for k in 0..m {
             let limit = all.contact(k).limits(T::zero()).deflection.filter(|z| *z > T::zero());
             all.scales[2 * n + k] = limit.unwrap_or_else(|| lit(1e-6));
@@ -116,7 +123,49 @@ where
         Ok(all)
     }
 
-    /// With a bound of adaptive steps \[s\]: half the shortest pause or pulse of what acts.
+    /// With the times \[s\] at which what acts jumps or has a kink. Steps end there, and `act` has
+    /// to give what holds just after.
+    ///
+    /// ```
+    /// use bristle::ode::{self, Output};
+    /// use bristle::{Bristle, Dahl, DahlParameters};
+    /// use bristle_mechanism::{Acting, ElasticJoint, ElasticJointParameters, EquationsOfMotion};
+    ///
+    /// let joint = ElasticJoint::new(ElasticJointParameters {
+    ///     inertias: [1e-3, 0.02], // kg m²
+    ///     stiffness: 500.0,       // N m/rad
+    ///     damping: 0.1,           // N m s/rad
+    ///     backlash: 0.0,          // rad
+    /// })?;
+    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 1e3 })?;
+    /// let contacts = [friction.under_load(0.2)?]; // N m
+    /// let (begin, end) = (0.5, 0.503); // s
+    /// let push = |acting: Acting<'_, f64>| {
+    ///     acting.force[0] = if (begin..end).contains(&acting.time) { 10.0 } else { 0.0 }; // N m
+    /// };
+    /// let system = EquationsOfMotion::new(&joint, &contacts, [1.0, 1.0], push)?;
+    /// let system = system.with_kinks(vec![begin, end])?;
+    /// let start = vec![0.0; 6]; // angles, velocities, and friction on either side
+    /// let motion = ode::solve(&system, 0.0..1.0, start, 1e-6, Output::Uniform(101))?;
+    /// assert!(motion.states()[100][0] > 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses times that are not finite or do not increase.
+    pub fn with_kinks(mut self, kinks: Vec<T>) -> Checked<Self> {
+        let mut before = None;
+        ParameterError::of_components(&kinks, |&time| {
+            let time = Named("kinks", time);
+            before.replace(time.1).map_or_else(|| time.finite(), |before| time.increasing(before))
+        })?;
+        self.kinks = kinks;
+        Ok(self)
+    }
+
+    /// With a bound of adaptive steps \[s\]: a quarter of the shortest pause or pulse of what acts,
+    /// if its times are not known as [kinks](EquationsOfMotion::with_kinks).
     ///
     /// # Errors
     ///
@@ -204,6 +253,11 @@ where
             let surface = Surface::scaled(branches[k].of(sliding), scale);
             contact.model().switching_function(surface, state[2 * n + k]).map(&mut *tell);
         }
+    }
+
+    fn next_kink(&self, time: T, towards: T) -> Option<T> {
+        let next = self.kinks.partition_point(|&kink| kink <= time);
+        self.kinks.get(next).copied().filter(|&kink| kink < towards)
     }
 
     fn longest_step(&self) -> Option<T> {

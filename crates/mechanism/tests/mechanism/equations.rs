@@ -70,6 +70,29 @@ fn the_switching_functions_are_those_of_both_tips() {
     system.switching_functions(0.0, &[0.0; 8], &branches, tell);
 }
 
+/// A push of 0.3 ms on what stands still, which no step would meet: as in three runs.
+#[test]
+fn steps_end_where_what_acts_jumps() {
+    let (chain, contacts) = (chain(), [*friction().contact()]);
+    let push = |force: f64| move |acting: Acting<'_, f64>| acting.force[2] = force;
+    let (begin, over) = (1.5, 1.5003);
+    let act = |acting: Acting<'_, f64>| {
+        let force = if (begin..over).contains(&acting.time) { 3000.0 } else { 0.0 };
+        push(force)(acting);
+    };
+    let system = EquationsOfMotion::new(&chain, &contacts, [0.1, 0.1], act).unwrap();
+    let known = system.with_kinks(vec![begin, over]).unwrap();
+    let found = end(&known, vec![0.0; 8], 4.0, 1e-8);
+    let parts = [(begin, 0.0), (over - begin, 3000.0), (4.0 - over, 0.0)];
+    let apart = parts.into_iter().fold(vec![0.0; 8], |state, (time, force)| {
+        let act = push(force);
+        let part = EquationsOfMotion::new(&chain, &contacts, [0.1, 0.1], act).unwrap();
+        end(&part, state, time, 1e-10)
+    });
+    assert!(apart[2].abs() > 0.01, "{apart:?}");
+    assert!(largest_difference(&found, &apart) < 1e-8, "{found:?} {apart:?}");
+}
+
 /// A belt of 0.2 m/s below the first mass, and loads that vary: the same as in short steps.
 #[test]
 fn belts_and_loads_act_as_in_steps() {
@@ -160,6 +183,16 @@ fn what_is_no_system_is_refused() {
     refused(with(&[], [1.0, 1.0]), "there must be 2 contacts, not 0");
     refused(with(&[contact], [1.0, f64::NAN]), "magnitudes[1] is NaN");
     refused(with(&[contact], [1.0, 1.0]), "longest step is 0");
+    let kinks = |kinks: Vec<f64>| {
+        let act = |_: Acting<'_, f64>| ();
+        EquationsOfMotion::new(&chain, &[contact], [1.0, 1.0], act)?.with_kinks(kinks).map(drop)
+    };
+    refused(kinks(vec![f64::NAN]), "kinks[0] is NaN");
+    refused(
+        kinks(vec![-1.0, 2.0, 2.0]),
+        "kinks[2] is 2, but must be larger than its predecessor 2",
+    );
+    assert!(kinks(vec![]).is_ok() && kinks(vec![-1.0, 2.0]).is_ok());
 }
 
 /// A contact that carries nothing slides freely, whether it is lifted or has never been loaded.
