@@ -137,8 +137,8 @@ where
     ///     damping: 0.1,           // N m s/rad
     ///     backlash: 0.0,          // rad
     /// })?;
-    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 1e3 })?;
-    /// let contacts = [friction.under_load(0.2)?]; // N m
+    /// let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 1e3 };
+    /// let contacts = [Dahl::new(dahl)?.under_load(0.2)?]; // N m
     /// let (begin, end) = (0.5, 0.503); // s
     /// let push = |acting: Acting<'_, f64>| {
     ///     acting.force[0] = if (begin..end).contains(&acting.time) { 10.0 } else { 0.0 }; // N m
