@@ -283,7 +283,7 @@ stick_slip | end = 60.0 | end = 0 | :5:1: end is 0, but must be positive and fin
 stick_slip | end = 60.0 | end = inf | :5:1: end is inf, but must be positive and finite
 stick_slip | samples = 6001 | samples = 1 | :6:1: samples is 1, but must lie between 2 and
 stick_slip | tolerance = 1e-6 | tolerance = 0 | :8:1: tolerance is 0, but must lie between
-stick_slip | tolerance = 1e-6 | tolerance = 1 | :8:1: tolerance is 1, but must be at most
+stick_slip | tolerance = 1e-6 | tolerance = 1 | :8:1: tolerance is 1, but must lie between
 stick_slip | tolerance = 1e-6 | step = 1e-5 |
     :8:1: step is 0.00001, but must be absent: the method automatic chooses the steps
 stick_slip | tolerance = 1e-6 | tolerance = 1e-6¶step = 1e-3 |
