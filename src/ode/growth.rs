@@ -14,10 +14,12 @@
 //! what dies out in the system remains in the answer and may grow later.
 //! A part of e above the tolerance of a step is held by the control of the steps, whatever R: it is
 //! multiplied by e^(hJ), as with a Rosenbrock method, which is L-stable. The exponential is that of
-//! eight parts, each the Padé approximation (1 + A/3)/(1 − 2A/3 + A²/6) of order 3, which is
-//! L-stable, too: what dies out in the system dies out here. A step that is as long as half a swing
-//! of a stuck mass then turns the error by the right angle; in one piece it would leave a part that
-//! the slip after it enlarges. The rate is continuous at a reversal, so e passes it unchanged.
+//! eight parts, each the Padé approximation (1 + 2A/5 + A²/20)/(1 − 3A/5 + 3A²/20 − A³/60) of order
+//! 5, which is L-stable, too: what dies out in the system dies out here. A step that is as long as
+//! half a swing of a stuck mass then turns the error by the right angle; in one piece it would leave
+//! a part that the slip after it enlarges. Of a turn by hω it damps (hω/8)⁶/900: with the order 3 it
+//! was (hω/8)⁴/9, and an oscillation that grows by e in 50 of its periods seemed to die out.
+//! The rate is continuous at a reversal, so e passes it unchanged.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.3.
@@ -281,10 +283,10 @@ fn series<T: Scalar, V: States<T>>(
 
 /// The factors of an approximation of e^A; not finite where A is not.
 pub(super) struct Exponential<T: Scalar, V: States<T>> {
-    /// 1 + A/3.
+    /// 1 + 2A/5 + A²/20.
     above: V::Matrix,
-    /// 1 − 2A/3 + A²/6, factorised: below the diagonal the multipliers, on it the reciprocal
-    /// pivots.
+    /// 1 − 3A/5 + 3A²/20 − A³/60, factorised: below the diagonal the multipliers, on it the
+    /// reciprocal pivots.
     below: V::Matrix,
     /// The row exchanged with each.
     exchanged: V::Numbers,
@@ -299,10 +301,12 @@ impl<T: Scalar, V: States<T>> Exponential<T, V> {
         for (entry, &a) in above.entries_mut().iter_mut().zip(a) {
             *entry = a * part;
         }
-        let mut below = product(states, above.entries(), &above);
-        for (below, above) in below.entries_mut().iter_mut().zip(above.entries_mut()) {
-            *below = *below * lit(1.0 / 6.0) - *above * lit(2.0 / 3.0);
-            *above *= lit(1.0 / 3.0);
+        let square = product(states, above.entries(), &above);
+        let mut below = product(states, above.entries(), &square);
+        let entries = above.entries_mut().iter_mut().zip(square.entries());
+        for (below, (above, &square)) in below.entries_mut().iter_mut().zip(entries) {
+            *below = square * lit(0.15) - *above * lit(0.6) - *below * lit(1.0 / 60.0);
+            *above = *above * lit(0.4) + square * lit(0.05);
         }
         for i in 0..states {
             above.entries_mut()[i * states + i] += T::one();
@@ -351,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn the_exponential_has_order_three_and_lets_die_what_is_stiff() {
+    fn the_exponential_has_order_five_and_lets_die_what_is_stiff() {
         // A turn by an angle, with damping.
         let error = |angle: f64| {
             let a = Matrix2::new(-angle, -angle, angle, -angle);
@@ -359,7 +363,7 @@ mod tests {
             (exponential(&a, &Vector2::x()) - turned).norm()
         };
         let order = (error(0.1) / error(0.05)).log2();
-        assert!((order - 4.0).abs() < 0.1, "{order}");
+        assert!((order - 6.0).abs() < 0.1, "{order}");
         let stiff = Matrix3::<f64>::new(-1e8, 3.0, 0.0, 0.0, 1.0, 0.0, 5e7, 0.0, -1e8);
         let moved = exponential(&stiff, &Vector3::new(1.0, 1.0, 1.0));
         assert!(moved[0].abs() < 1e-6 && moved[2].abs() < 1e-6, "{moved}");
@@ -472,7 +476,8 @@ mod tests {
         }
         // The approximation of e^(ln 2).
         let a = 2f64.ln() / 8.0;
-        let factor = ((1.0 + a / 3.0) / (1.0 - 2.0 * a / 3.0 + a * a / 6.0)).powi(8);
+        let below = 1.0 - 0.6 * a + 0.15 * a * a - a * a * a / 60.0;
+        let factor = ((1.0 + 0.4 * a + 0.05 * a * a) / below).powi(8);
         let wanted = 0.5 * (factor.powi(10) - 1.0) / (factor - 1.0);
         assert!((growth.greatest / wanted - 1.0).abs() < 1e-12, "{}", growth.greatest);
         // What it leaves below one is.

@@ -46,11 +46,11 @@ const ROOM: f64 = 1.2;
 
 /// The exponential is that of a part 2^−k of the matrix, with a norm, or a root of that of its
 /// square, of at most this and with at most this k: there the approximation damps an oscillation by
-/// 5·10⁻⁵.
+/// 3·10⁻⁸.
 const PART: (f64, u32) = (0.25, 16);
 
 /// The highest power m: slower growth than ln N/m a step is not seen.
-const POWER: f64 = 1024.0;
+const POWER: f64 = 65536.0;
 
 /// The steps that follow what grows.
 #[derive(Debug, Clone, Copy)]

@@ -7,6 +7,7 @@ use bristle::ode::{self, AnyMethod, Output, Solver, StopReason, System, Toleranc
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Branch, Bristle, Contact, FrBd};
 use bristle_specimens::draw::Draw;
+use bristle_specimens::ode::Field;
 use nalgebra::{Matrix1, SVector, Vector1, Vector2, Vector3};
 
 pub(crate) const METHODS: [AnyMethod; 5] = [
@@ -327,4 +328,22 @@ fn a_push_on_a_body_at_rest_is_seen() {
     // A step that begins in the push's foot may pass over it: one answer in a thousand. Where
     // nobody looks, it is half of them.
     assert!(wrong.len() <= 1, "{wrong:#?}");
+}
+
+#[test]
+fn an_oscillation_that_grows_by_little_in_each_period_is_followed() {
+    // Of steady sliding of a valve: ṙ = r (1 − r²), θ̇ = 350 rad/s. A Rosenbrock method with steps of
+    // 0.02 s lets it die out, and the exponential of order 3 that carries errors did so, too.
+    let turning = Field(|_: f64, x: &Vector2<f64>| {
+        x * (1.0 - x.norm_squared()) + Vector2::new(-x[1], x[0]) * 350.0
+    });
+    let (start, end) = (1e-5f64, 13.0f64);
+    let radius = (1.0 + (start.powi(-2) - 1.0) * (-2.0 * end).exp()).sqrt().recip();
+    for method in [AnyMethod::Automatic, AnyMethod::Rodas5P] {
+        let tolerances = Tolerances::scaled(1e-4, Vector2::repeat(1.0)).unwrap();
+        let solver = Solver::checked(method, tolerances);
+        let answer = solver.solve(&turning, 0.0..end, Vector2::new(start, 0.0), Output::Uniform(2));
+        let found = answer.unwrap().last().unwrap().1.norm();
+        assert!((found - radius).abs() < 1e-2, "{method:?}: {found} {radius}");
+    }
 }
