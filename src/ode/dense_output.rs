@@ -52,6 +52,11 @@ impl<T: Scalar, V: States<T>> DenseOutput<T, V> {
         }
     }
 
+    /// Whether it has more than the cubic through both ends with their rates.
+    pub(super) fn is_extended(&self) -> bool {
+        self.count > 3
+    }
+
     /// Whether every coefficient is finite.
     pub(super) fn is_finite(&self) -> bool {
         self.terms.iter().take(usize::from(self.count)).all(V::is_finite)

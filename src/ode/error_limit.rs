@@ -26,17 +26,16 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
     Integration<'_, T, V, S, M, K>
 {
     /// Whether a step may be accepted by its part in the error of the solution; otherwise the next
-    /// one is shorter. Told whether the step is described by the method's own dense output, and
-    /// whether it was cut at a reversal.
+    /// one is shorter. Told whether it was cut at a reversal.
     #[inline]
     pub(super) fn stands(
         &mut self,
         end: &Point<T, V>,
         trial: (&TrialStep<T, V>, f64),
         interval: Interval<T>,
-        (is_described, is_cut): (bool, bool),
+        is_cut: bool,
     ) -> Result<bool, StopReason> {
-        let strayed = self.strayed(end, interval, (is_described, is_cut));
+        let strayed = self.strayed(end, interval, is_cut);
         match strayed.or_else(|| self.estimate(end, trial, interval)) {
             Some(shorter) => self.progress.shorten(shorter).map(|()| false),
             None => Ok(true),

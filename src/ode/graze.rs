@@ -11,7 +11,7 @@
 use super::dense_output::DenseOutput;
 use super::integration::Integration;
 use super::locked::Interval;
-use super::stepper::{OneStep, Point, Stepper};
+use super::stepper::{OneStep, Point};
 use super::storage::States;
 use super::system::Equations;
 use crate::Scalar;
@@ -77,8 +77,7 @@ impl<T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, V>, 
             return None;
         }
         let step = end.time - self.point.time;
-        let (stepper, mut field, from) = self.parts(interval);
-        let curve = stepper.dense_output(&mut field, from, end);
+        let curve = self.own_curve(end, interval);
         let value = |place| Some(side * self.values_within(&curve, step, place)?[function]);
         let (mut before, mut beyond) = (T::zero(), T::one());
         if touches {

@@ -248,7 +248,7 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
             };
             match reversal {
                 Reversal::None => {
-                    if !self.stands(&end, (&tried, square), interval, (full, false))? {
+                    if !self.stands(&end, (&tried, square), interval, false)? {
                         continue;
                     }
                     for lock in self.locks.entries_mut() {
@@ -270,7 +270,7 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
                     let Some(part) = self.try_step((cut, cut_time), interval)? else { continue };
                     let full = needs_dense_output(self.point.time, cut_time);
                     self.describe(&part.0, full, interval);
-                    if !self.stands(&part.0, (&part.1, part.2), interval, (full, true))? {
+                    if !self.stands(&part.0, (&part.1, part.2), interval, true)? {
                         continue;
                     }
                     let before = self.locks.entries().get(contact).copied();
@@ -337,6 +337,19 @@ impl<'a, T: Scalar, V: States<T>, S: Equations<T, V, K> + ?Sized, M: OneStep<T, 
         step.dense_output = dense_output;
         step.reversals_at_start.clone_from(&self.turned);
         step.reversal = None;
+    }
+
+    /// The method's own dense output of a step that is described.
+    pub(super) fn own_curve(
+        &mut self,
+        end: &Point<T, V>,
+        interval: Interval<T>,
+    ) -> DenseOutput<T, V> {
+        if self.step.dense_output.is_extended() {
+            return self.step.dense_output.clone();
+        }
+        let (stepper, mut field, from) = self.parts(interval);
+        stepper.dense_output(&mut field, from, end)
     }
 
     /// Moves to the end of a step and proposes the next one, from the length of the trial whose

@@ -38,6 +38,12 @@ const FADES: f64 = 0.1;
 /// So many tolerances of such an error may be missed.
 const MISSED: f64 = 10.0;
 
+/// Beyond this part of a tolerance the error of a step tells of a kink, ...
+const TELLS: f64 = 0.1;
+
+/// ... which may be met again in so many steps.
+const AGAIN: u32 = 40;
+
 /// What is known of the changes of the Jacobian.
 #[derive(Debug, Clone)]
 pub(super) struct Kinks<T: Scalar, V: States<T>> {
@@ -48,12 +54,19 @@ pub(super) struct Kinks<T: Scalar, V: States<T>> {
     between: Option<[V; 3]>,
     /// The error of each state by kinks in the last step, which no estimate need show.
     missed: V,
+    /// Steps in which one that was met may be met again.
+    near: u32,
 }
 
 impl<T: Scalar, V: States<T>> Kinks<T, V> {
     /// Nothing known of such states: at the start, and where a branch or an input changes.
     pub(super) fn new(state: &V) -> Self {
-        Self { changes: None, between: None, missed: state.like(|_| T::zero()) }
+        Self { changes: None, between: None, missed: state.like(|_| T::zero()), near: 0 }
+    }
+
+    /// Whether one was met a few steps ago.
+    pub(super) fn is_near(&self) -> bool {
+        self.near > 0
     }
 
     /// The error of each state by kinks in a step that was taken after all.
@@ -112,7 +125,9 @@ impl<T: Scalar, V: States<T>> Kinks<T, V> {
                 }
             }
         }
-        let most = self.missed.over(allowed) * lit(1.0 / MISSED);
+        let missed = self.missed.over(allowed);
+        self.near = if missed > lit(TELLS) { AGAIN } else { self.near.saturating_sub(1) };
+        let most = missed * lit(1.0 / MISSED);
         if most > T::one() {
             self.missed.entries_mut().fill(T::zero());
             return Some(length * lit::<T>(0.9) / most.sqrt());
