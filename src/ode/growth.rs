@@ -16,9 +16,10 @@
 //! multiplied by e^(hJ), as with a Rosenbrock method, which is L-stable. The exponential is that of
 //! eight parts, each the Padé approximation (1 + 2A/5 + A²/20)/(1 − 3A/5 + 3A²/20 − A³/60) of order
 //! 5, which is L-stable, too: what dies out in the system dies out here. A step that is as long as
-//! half a swing of a stuck mass then turns the error by the right angle; in one piece it would leave
-//! a part that the slip after it enlarges. Of a turn by hω it damps (hω/8)⁶/900: with the order 3 it
-//! was (hω/8)⁴/9, and an oscillation that grows by e in 50 of its periods seemed to die out.
+//! half a swing of a stuck mass then turns the error by the right angle; in one piece it would
+//! leave a part that the slip after it enlarges. Of a turn by hω it damps (hω/8)⁶/900: with the
+//! order 3 it was (hω/8)⁴/9, and an oscillation that grows by e in 50 of its periods seemed to die
+//! out.
 //! The rate is continuous at a reversal, so e passes it unchanged.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition

@@ -9,8 +9,8 @@
 //!
 //! A long step over which states move may pass over a floor that they touch between two stages. It
 //! is asked for the rates on its curve in a tenth as many pieces: they have to be its slopes. So is
-//! a step of any length in its middle, soon after a kink that nobody declared: what has left a floor
-//! for a moment may be back before the next stage. And so is a step that begins or ends at a
+//! a step of any length in its middle, soon after a kink that nobody declared: what has left a
+//! floor for a moment may be back before the next stage. And so is a step that begins or ends at a
 //! reversal, closer and closer to it.
 
 use super::dense_output::DenseOutput;

@@ -332,8 +332,8 @@ fn a_push_on_a_body_at_rest_is_seen() {
 
 #[test]
 fn an_oscillation_that_grows_by_little_in_each_period_is_followed() {
-    // Of steady sliding of a valve: ṙ = r (1 − r²), θ̇ = 350 rad/s. A Rosenbrock method with steps of
-    // 0.02 s lets it die out, and the exponential of order 3 that carries errors did so, too.
+    // As in a valve that slides steadily: ṙ = r (1 − r²), θ̇ = 350 rad/s. A Rosenbrock method with
+    // steps of 0.02 s lets it die out, and so did the exponential that carries errors, of order 3.
     let turning = Field(|_: f64, x: &Vector2<f64>| {
         x * (1.0 - x.norm_squared()) + Vector2::new(-x[1], x[0]) * 350.0
     });
