@@ -16,7 +16,7 @@
 use super::dense_output::DenseOutput;
 use super::integration::Integration;
 use super::locked::Interval;
-use super::stepper::{Field, OneStep, Point, Stepper};
+use super::stepper::{Field, OneStep, Point};
 use super::storage::{Entries, States};
 use super::system::Equations;
 use super::tolerance::Tolerances;
