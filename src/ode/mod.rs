@@ -25,7 +25,7 @@
 //! thousandfold in stick-slip, so the driver estimates the error of the solution: it carries the
 //! errors of all steps along by the system's own Jacobian. [`solve`] and [`Solver::solve`] begin
 //! with steps held to a tenth of the tolerance (a twentieth with a single method), and repeat the
-//! run with tighter ones where the estimate exceeds 14 times the tolerance; the steps of such
+//! run with tighter ones where the estimate exceeds twelve times the tolerance; the steps of such
 //! attempts count as rejected.
 //!
 //! A tolerance does not see what grows from far below it, such as steady sliding on a falling curve

@@ -58,7 +58,7 @@ const FINEST: f64 = 30.0;
 
 /// Largest estimated error of a solution over its tolerance, of up to three states. Tolerances hold
 /// in the root mean square, so that of N states one may have √N times as much.
-const ACCEPTED: f64 = 14.0;
+const ACCEPTED: f64 = 12.0;
 
 /// Roundings that grow as errors of steps do, a thousandfold and more, are accepted, too.
 const ROUNDINGS: f64 = 4e3 * FINEST;
